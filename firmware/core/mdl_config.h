@@ -1,0 +1,31 @@
+/**
+ * @file mdl_config.h
+ * @brief Every compile-time knob of the core: default, unit, limit, and what a larger value costs.
+ */
+#ifndef MDL_CONFIG_H
+#define MDL_CONFIG_H
+
+/**
+ * N_u, the number of different input values of the converter (Cao & Li 2019, section 2.2).
+ * Unit: codes. Limit: 2^8 to 2^16, a power of two. Memory: 8 * N_u bytes in float.
+ */
+#ifndef MDL_N_U
+#define MDL_N_U 4096
+#endif
+
+/** Largest degree of the polynomial f0, eq. (9). Limit: 1 to 7 (Horner is unrolled up to 7). */
+#define MDL_DEGREE_MAX 7
+
+/** Most breakpoints of a piecewise-linear f0, eq. (16). Limit: 2 to 255. Memory: 12 bytes each. */
+#ifndef MDL_BREAKPOINTS_MAX
+#define MDL_BREAKPOINTS_MAX 64
+#endif
+
+/** Fails to compile when the condition is false; C99 has no static assert. */
+#define MDL_STATIC_ASSERT(condition, name) typedef char mdl_assert_##name[(condition) ? 1 : -1]
+
+MDL_STATIC_ASSERT(MDL_N_U >= 256 && MDL_N_U <= 65536L, n_u_is_in_range);
+MDL_STATIC_ASSERT((MDL_N_U & (MDL_N_U - 1L)) == 0, n_u_is_a_power_of_two);
+MDL_STATIC_ASSERT(MDL_BREAKPOINTS_MAX >= 2 && MDL_BREAKPOINTS_MAX <= 255, breakpoints_in_range);
+
+#endif

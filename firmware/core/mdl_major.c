@@ -1,0 +1,158 @@
+#include "mdl_major.h"
+
+static int all_finite(const mdl_real *v, uint16_t count)
+{
+    uint16_t i;
+    for (i = 0; i < count; i++) {
+        if (!mdl_is_finite(v[i])) {
+            return 0;
+        }
+    }
+    return 1;
+}
+
+static int starts_at_zero_and_ascends(const mdl_real *x, uint16_t count)
+{
+    uint16_t i;
+    if (mdl_key_of(x[0] + MDL_C(0.0)) != 0) {
+        return 0;
+    }
+    for (i = 1; i < count; i++) {
+        if (!(x[i] > x[i - 1])) {
+            return 0;
+        }
+    }
+    return 1;
+}
+
+mdl_status mdl_major_init_polynomial(mdl_major *major, mdl_real range_volts, const mdl_real *c,
+                                     uint16_t degree)
+{
+    uint16_t k;
+    if (degree > MDL_DEGREE_MAX) {
+        return MDL_ERR_PARAMETER;
+    }
+    if (!mdl_is_finite(range_volts) || !all_finite(c, (uint16_t)(degree + 1u))) {
+        return MDL_ERR_NOT_FINITE;
+    }
+    if (!(range_volts > MDL_C(0.0))) {
+        return MDL_ERR_PARAMETER;
+    }
+    major->kind = MDL_POLYNOMIAL;
+    major->range_volts = range_volts;
+    major->degree = degree;
+    major->count = 0;
+    for (k = 0; k <= MDL_DEGREE_MAX; k++) {
+        major->c[k] = k <= degree ? c[k] : MDL_C(0.0);
+    }
+    return MDL_OK;
+}
+
+mdl_status mdl_major_init_breakpoints(mdl_major *major, const mdl_real *x_volts,
+                                      const mdl_real *y_um, uint16_t count)
+{
+    uint16_t i;
+    if (count > MDL_BREAKPOINTS_MAX) {
+        return MDL_ERR_CAPACITY;
+    }
+    if (count < 2) {
+        return MDL_ERR_PARAMETER;
+    }
+    if (!all_finite(x_volts, count) || !all_finite(y_um, count)) {
+        return MDL_ERR_NOT_FINITE;
+    }
+    if (!starts_at_zero_and_ascends(x_volts, count)) {
+        return MDL_ERR_PARAMETER;
+    }
+    major->kind = MDL_PIECEWISE_LINEAR;
+    major->degree = 0;
+    major->count = count;
+    major->range_volts = x_volts[count - 1];
+    for (i = 0; i < count; i++) {
+        uint16_t left = i + 1u < count ? i : (uint16_t)(count - 2u);
+        major->x_volts[i] = x_volts[i];
+        major->y_um[i] = y_um[i];
+        major->slope[i] = (y_um[left + 1] - y_um[left]) / (x_volts[left + 1] - x_volts[left]);
+    }
+    return MDL_OK;
+}
+
+mdl_status mdl_major_init_play(mdl_major *major, mdl_real range_volts, const mdl_real *weight,
+                               const mdl_real *threshold, uint16_t count)
+{
+    uint16_t i;
+    mdl_real slope = MDL_C(0.0);
+    mdl_real y = MDL_C(0.0);
+    if (count > MDL_BREAKPOINTS_MAX) {
+        return MDL_ERR_CAPACITY;
+    }
+    if (count < 1) {
+        return MDL_ERR_PARAMETER;
+    }
+    if (!mdl_is_finite(range_volts) || !all_finite(weight, count) ||
+        !all_finite(threshold, count)) {
+        return MDL_ERR_NOT_FINITE;
+    }
+    if (!starts_at_zero_and_ascends(threshold, count) || !(range_volts > threshold[count - 1])) {
+        return MDL_ERR_PARAMETER;
+    }
+    major->kind = MDL_PIECEWISE_LINEAR;
+    major->degree = 0;
+    major->count = count;
+    major->range_volts = range_volts;
+    for (i = 0; i < count; i++) {
+        if (i > 0) {
+            y += slope * (threshold[i] - threshold[i - 1]);
+        }
+        slope += weight[i];
+        major->x_volts[i] = threshold[i];
+        major->y_um[i] = y;
+        major->slope[i] = slope;
+    }
+    return MDL_OK;
+}
+
+static mdl_real eval_polynomial(const mdl_major *major, mdl_real x)
+{
+    const mdl_real *c = major->c;
+    mdl_real y = c[major->degree];
+    /* Horner, unrolled: one jump, then a multiplication and an addition per power. */
+    switch (major->degree) {
+    case 7:
+        y = y * x + c[6]; /* fall through */
+    case 6:
+        y = y * x + c[5]; /* fall through */
+    case 5:
+        y = y * x + c[4]; /* fall through */
+    case 4:
+        y = y * x + c[3]; /* fall through */
+    case 3:
+        y = y * x + c[2]; /* fall through */
+    case 2:
+        y = y * x + c[1]; /* fall through */
+    case 1:
+        y = y * x + c[0]; /* fall through */
+    default:
+        return y;
+    }
+}
+
+static mdl_real eval_piecewise_linear(const mdl_major *major, mdl_real x)
+{
+    uint16_t low = 0; /* the last breakpoint at or left of x, or the first one */
+    uint16_t step = major->count;
+    while (step > 1) {
+        uint16_t half = (uint16_t)(step / 2u);
+        if (x >= major->x_volts[low + half]) {
+            low = (uint16_t)(low + half);
+        }
+        step = (uint16_t)(step - half);
+    }
+    return major->y_um[low] + major->slope[low] * (x - major->x_volts[low]);
+}
+
+mdl_real mdl_major_eval(const mdl_major *major, mdl_real x_volts)
+{
+    return major->kind == MDL_POLYNOMIAL ? eval_polynomial(major, x_volts)
+                                         : eval_piecewise_linear(major, x_volts);
+}

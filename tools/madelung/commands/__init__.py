@@ -1,0 +1,1 @@
+"""The commands of ``madelung``, one module each: they parse, call the library, print."""

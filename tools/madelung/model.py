@@ -1,0 +1,140 @@
+"""model.json: the parameters of a predictor (schema ``madelung.model/1``)."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import dataclass, field
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, Literal
+
+from madelung.errors import InputError
+from madelung.files import write_atomically
+
+SCHEMA = "madelung.model/1"
+DEGREE_MAX = 7
+BREAKPOINTS_MAX = 64
+MARGIN_SHARE = 0.15
+"""f0 is extrapolated up to this share of the identified range; further out the core clamps."""
+
+
+@dataclass(frozen=True)
+class Model:
+    """A predictor of displacement (um) from voltage (V).
+
+    Attributes
+    ----------
+    kind
+        ``madelung``: f0 is a polynomial; ``major_curve``: f0 is piecewise linear.
+    u_min_V, u_max_V
+        Identified range of the command, V; x = u - u_min_V.
+    f0
+        ``madelung``: coefficients in ascending powers of x, um / V^k, at most degree 7.
+    breakpoints
+        ``major_curve``: pairs (x V, y um), x ascending from 0 to u_max_V - u_min_V.
+    extra
+        Further keys of the file (covariance, sources, versions), kept as they are.
+    """
+
+    kind: Literal["madelung", "major_curve"]
+    u_min_V: float
+    u_max_V: float
+    f0: tuple[float, ...] = ()
+    breakpoints: tuple[tuple[float, float], ...] = ()
+    extra: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def range_V(self) -> float:
+        """Width of the identified range, V."""
+        return self.u_max_V - self.u_min_V
+
+    def to_json(self) -> dict[str, Any]:
+        """The content of model.json."""
+        curve: dict[str, Any] = (
+            {"f0": list(self.f0)}
+            if self.kind == "madelung"
+            else {"breakpoints": [list(p) for p in self.breakpoints]}
+        )
+        head = {
+            "schema": SCHEMA,
+            "kind": self.kind,
+            "u_min_V": self.u_min_V,
+            "u_max_V": self.u_max_V,
+        }
+        return {**head, **curve, **self.extra}
+
+    def save(self, path: Path) -> None:
+        """Write model.json, whole or not at all."""
+        write_atomically(path, json.dumps(self.to_json(), indent=1, allow_nan=False) + "\n")
+
+
+def load_model(path: Path) -> Model:
+    """Read model.json.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, is not JSON, has another schema or a bad value.
+    """
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from error
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path}: is not a JSON file: {error}") from error
+    try:
+        return model_from_json(data)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
+
+
+def model_from_json(data: object) -> Model:
+    """Check the content of a model.json and make a `Model` of it."""
+    if not isinstance(data, dict):
+        raise InputError("is not a JSON object; a model written by `madelung identify` is expected")
+    if data.get("schema") != SCHEMA:
+        raise InputError(f"schema is {data.get('schema')!r}, this version reads {SCHEMA!r}")
+    kind = data.get("kind")
+    u_min, u_max = _number(data, "u_min_V"), _number(data, "u_max_V")
+    if not u_max > u_min:
+        raise InputError(f"u_max_V ({u_max:g}) must be above u_min_V ({u_min:g})")
+    used = {"schema", "kind", "u_min_V", "u_max_V"}
+    if kind == "madelung":
+        f0 = tuple(_numbers(data.get("f0"), "f0"))
+        if not 1 <= len(f0) <= DEGREE_MAX + 1:
+            raise InputError(f"f0 has {len(f0)} coefficients, 1 to {DEGREE_MAX + 1} are possible")
+        extra = {k: v for k, v in data.items() if k not in used | {"f0"}}
+        return Model("madelung", u_min, u_max, f0=f0, extra=extra)
+    if kind == "major_curve":
+        points = _points(data.get("breakpoints"), u_max - u_min)
+        extra = {k: v for k, v in data.items() if k not in used | {"breakpoints"}}
+        return Model("major_curve", u_min, u_max, breakpoints=points, extra=extra)
+    raise InputError(f"kind is {kind!r}; this version runs 'madelung' and 'major_curve'")
+
+
+def _number(data: dict[str, Any], key: str) -> float:
+    return _numbers([data.get(key)], key)[0]
+
+
+def _numbers(values: object, key: str) -> list[float]:
+    if not isinstance(values, list):
+        raise InputError(f"{key} must be a list of numbers")
+    for v in values:
+        if isinstance(v, bool) or not isinstance(v, int | float) or not math.isfinite(v):
+            raise InputError(f"{key} must hold finite numbers, found {v!r}")
+    return [float(v) for v in values]
+
+
+def _points(values: object, range_V: float) -> tuple[tuple[float, float], ...]:
+    if not isinstance(values, list) or not 2 <= len(values) <= BREAKPOINTS_MAX:
+        raise InputError(f"breakpoints must be a list of 2 to {BREAKPOINTS_MAX} pairs [x_V, y_um]")
+    pairs = [tuple(_numbers(p, "breakpoints")) for p in values]
+    if any(len(p) != 2 for p in pairs):
+        raise InputError("breakpoints must be pairs [x_V, y_um]")
+    x = [p[0] for p in pairs]
+    if x[0] != 0.0 or any(b <= a for a, b in pairwise(x)):
+        raise InputError("breakpoints must start at x = 0 and ascend")
+    if not math.isclose(x[-1], range_V, rel_tol=1e-6):
+        raise InputError(f"the last breakpoint ({x[-1]:g} V) must be u_max_V - u_min_V")
+    return tuple((p[0], p[1]) for p in pairs)
