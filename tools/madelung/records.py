@@ -1,0 +1,383 @@
+"""Records: a command in V, and where measured a displacement, over time (contract: CSV)."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from madelung.errors import InputError
+from madelung.files import replacing
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+Floats = NDArray[np.float64]
+FaultKind = Literal["gap", "duplicate", "jitter", "stuck", "clipped"]
+
+SAMPLES_MIN = 10
+JITTER_SHARE = 0.05
+"""A sample further than this share of the step from its place in time is a fault."""
+TIME_RESOLUTION_S = 1e-6
+"""Time stamps are taken to be rounded to this."""
+FLAT_SAMPLES = 5
+"""So many equal values of y in a row, while u moves on, are stuck or clipped."""
+FLAT_SHARE = 0.02
+"""u must have moved by this share of its range over them."""
+
+_SCALE = {
+    "t": {"s": 1.0, "ms": 1e-3},
+    "u": {"V": 1.0, "mV": 1e-3},
+    "u_meas": {"V": 1.0, "mV": 1e-3},
+    "y": {"um": 1.0, "nm": 1e-3, "mm": 1e3, "V": 1.0, "deg": 1.0},
+}
+_UNCONVERTED = ("V", "deg")
+
+
+@dataclass(frozen=True)
+class Fault:
+    """A fault of the data that is reported, and left out of fits, but does not refuse the record.
+
+    Attributes
+    ----------
+    kind
+        ``gap`` (samples missing before these), ``duplicate`` (the time of the sample before),
+        ``jitter`` (off its place in time), ``stuck`` (y does not move while u does), ``clipped``
+        (likewise, at the end of y's range).
+    first, last
+        Samples of the record, from 0, both included.
+    """
+
+    kind: FaultKind
+    first: int
+    last: int
+
+
+@dataclass(frozen=True)
+class Record:
+    """A record of one input and at most one output. Every row of the file is kept.
+
+    Attributes
+    ----------
+    name
+        Where it came from, for messages: the path of its file.
+    t_s, u_V
+        Time and command, shape (n,), finite, time never running back.
+    y
+        Displacement, shape (n,), in `y_unit`; None when the record has none.
+    y_unit
+        ``um``, or what the sensor gives: ``V`` or ``deg``.
+    u_meas_V
+        The amplifier's monitor, shape (n,), or None.
+    extra
+        Columns of other names, as they were read.
+    faults
+        See `Fault`.
+    first_line
+        Line of the file (from 1) that holds sample 0, for messages.
+    """
+
+    name: str
+    t_s: Floats
+    u_V: Floats
+    y: Floats | None = None
+    y_unit: str = "um"
+    u_meas_V: Floats | None = None
+    extra: dict[str, NDArray[Any]] = field(default_factory=dict)
+    faults: tuple[Fault, ...] = ()
+    first_line: int = 2
+
+    @property
+    def step_s(self) -> float:
+        """Sample time in s: the mean of the steps that are neither gaps nor duplicates."""
+        return _step_s(np.diff(self.t_s))
+
+    @property
+    def sound(self) -> NDArray[np.bool_]:
+        """True where no fault but a gap lies on the sample, shape (n,)."""
+        mask = np.ones(self.t_s.size, np.bool_)
+        for fault in self.faults:
+            if fault.kind != "gap":
+                mask[fault.first : fault.last + 1] = False
+        return mask
+
+    def line(self, sample: int) -> int:
+        """Line of the file (from 1) that holds a sample (from 0)."""
+        return sample + self.first_line
+
+    def warnings(self) -> list[str]:
+        """One sentence per kind of fault."""
+        said = []
+        for kind, text in _FAULT_TEXT.items():
+            these = [f for f in self.faults if f.kind == kind]
+            if these:
+                rows = sum(f.last - f.first + 1 for f in these)
+                where = f"the first in row {self.line(these[0].first)}"
+                said.append(f"{self.name}: {rows} {text} ({where})")
+        return said
+
+
+_FAULT_TEXT: dict[FaultKind, str] = {
+    "gap": "rows with samples missing before them",
+    "duplicate": "rows with the time of the row before",
+    "jitter": "rows that are off their place in time",
+    "stuck": "rows in which y is stuck while u moves",
+    "clipped": "rows in which y is clipped",
+}
+
+
+def read_record(path: Path) -> Record:
+    """Read a record; the suffix of its name decides how (CSV unless another loader is known).
+
+    Raises
+    ------
+    InputError
+        The file cannot be read or is not a record: missing or doubled column, unit that does not
+        fit, a value that is not a finite number, time running back, u constant, too short.
+    """
+    return _LOADERS.get(path.suffix.lower(), _read_csv)(path)
+
+
+def write_record(path: Path, record: Record) -> None:
+    """Write a record as CSV, whole or not at all; values are rounded to nine decimals.
+
+    Raises
+    ------
+    InputError
+        The folder does not exist or cannot be written.
+    """
+    columns: dict[str, NDArray[Any]] = {"t_s": record.t_s, "u_V": record.u_V}
+    if record.y is not None:
+        columns[f"y_{record.y_unit}"] = record.y
+    if record.u_meas_V is not None:
+        columns["u_meas_V"] = record.u_meas_V
+    write_columns(path, {**columns, **record.extra})
+
+
+def write_columns(path: Path, columns: dict[str, NDArray[Any]]) -> None:
+    """Write columns of equal length as CSV, whole or not at all, rounded to nine decimals."""
+    import pandas as pd
+
+    with replacing(path) as part:
+        pd.DataFrame(columns).round(9).to_csv(part, index=False, lineterminator="\n")
+
+
+def make_record(name: str, columns: dict[str, NDArray[Any]], first_line: int = 2) -> Record:
+    """Check named columns and make a `Record` of them; what every loader ends with.
+
+    Parameters
+    ----------
+    name
+        For messages: the path of the file.
+    columns
+        Arrays of equal length by their name with unit (``t_ms``, ``u_V``, ``y_nm``, ...).
+    first_line
+        Number of the first row in messages.
+
+    Raises
+    ------
+    InputError
+        See `read_record`.
+    """
+    chosen = _choose(name, list(columns))
+    values: dict[str, Floats] = {}
+    for quantity, (column, scale) in chosen.items():
+        values[quantity] = _numbers(name, column, columns[column], first_line) * scale
+    t, u, y = values["t"], values["u"], values.get("y")
+    if t.size < SAMPLES_MIN:
+        raise InputError(
+            f"{name}: {t.size} rows are too few: a record needs at least {SAMPLES_MIN}"
+        )
+    _check_time(name, t, first_line)
+    if np.ptp(u) == 0.0:
+        raise InputError(
+            f"{name}: the command {chosen['u'][0]} is {u[0]:g} V in all rows: "
+            "record a command that moves"
+        )
+    taken = {column for column, _ in chosen.values()}
+    unit = chosen["y"][0].rpartition("_")[2] if y is not None else "um"
+    return Record(
+        name=name,
+        t_s=t,
+        u_V=u,
+        y=y,
+        y_unit=unit if unit in _UNCONVERTED else "um",
+        u_meas_V=values.get("u_meas"),
+        extra={k: v for k, v in columns.items() if k not in taken},
+        faults=tuple(_faults(t, u, y)),
+        first_line=first_line,
+    )
+
+
+def _choose(name: str, columns: list[str]) -> dict[str, tuple[str, float]]:
+    """Which column holds which quantity, with its factor to the base unit."""
+    chosen: dict[str, tuple[str, float]] = {}
+    for column in columns:
+        quantity, _, unit = column.rpartition("_")
+        if quantity not in _SCALE:
+            continue
+        units = _SCALE[quantity]
+        if unit not in units:
+            known = " or ".join(f"{quantity}_{u}" for u in units)
+            raise InputError(
+                f"{name}: row 1: column {column!r}: the unit {unit!r} does not fit; "
+                f"convert it and name it {known}"
+            )
+        if quantity in chosen:
+            raise InputError(
+                f"{name}: row 1: columns {chosen[quantity][0]!r} and {column!r} both hold "
+                f"{quantity}: remove one"
+            )
+        chosen[quantity] = (column, units[unit])
+    several = [c for c in columns if c[:1] == "u" and c[1:].partition("_")[0].isdigit()]
+    if len(several) > 1:
+        raise InputError(
+            f"{name}: row 1: {len(several)} input columns ({', '.join(several)}): a predictor with "
+            "one input cannot explain an output that several inputs drive; record one actuator "
+            "with the others at rest and name its columns u_V and y_um"
+        )
+    for quantity, wanted in (("t", "t_s or t_ms"), ("u", "u_V or u_mV")):
+        if quantity not in chosen:
+            raise InputError(
+                f"{name}: row 1: no column {wanted}; the header reads {','.join(columns)[:100]!r}"
+            )
+    return chosen
+
+
+def _numbers(name: str, column: str, raw: NDArray[Any], first_line: int) -> Floats:
+    """The column as finite float64, or a sentence about its first cell that is none."""
+    import pandas as pd
+
+    if np.issubdtype(raw.dtype, np.number) and not np.issubdtype(raw.dtype, np.complexfloating):
+        values = np.array(raw, np.float64)
+    else:
+        text = pd.Series(raw)
+        values = pd.to_numeric(text, errors="coerce").to_numpy(np.float64, na_value=np.nan)
+    bad = np.flatnonzero(~np.isfinite(values))
+    if bad.size:
+        row = int(bad[0])
+        cell = str(raw[row])
+        said = "is empty or not a number" if cell in ("nan", "None", "<NA>") else f"reads {cell!r}"
+        rest = f" ({bad.size} such rows)" if bad.size > 1 else ""
+        raise InputError(
+            f"{name}: row {first_line + row}: {column} {said}{rest}: every cell must hold a finite "
+            "number with a decimal point; mend or remove the row"
+        )
+    return values
+
+
+def _check_time(name: str, t: Floats, first_line: int) -> None:
+    step = np.diff(t)
+    back = np.flatnonzero(step < 0.0)
+    if back.size:
+        row = int(back[0]) + 1
+        raise InputError(
+            f"{name}: row {first_line + row}: time runs back from {t[row - 1]:.9g} s to "
+            f"{t[row]:.9g} s: sort the rows, or split the file where a new recording starts"
+        )
+    still = int(np.count_nonzero(step == 0.0))
+    if still > 0.1 * t.size:
+        raise InputError(
+            f"{name}: {still} of {t.size} rows have the time of the row before: "
+            "write the time with more digits"
+        )
+
+
+def _step_s(steps: Floats) -> float:
+    middle = np.median(steps)
+    return float(np.mean(steps[(steps > 0.5 * middle) & (steps < 1.5 * middle)]))
+
+
+def _faults(t: Floats, u: Floats, y: Floats | None) -> Iterator[Fault]:
+    steps = np.diff(t)
+    step = _step_s(steps)
+    passed = np.rint(steps / step)
+    yield from _runs("gap", passed > 1, 1)
+    yield from _runs("duplicate", steps == 0.0, 1)
+    off = np.abs(steps - passed * step) > JITTER_SHARE * step + TIME_RESOLUTION_S
+    yield from _runs("jitter", off & (steps > 0.0), 1)
+    if y is None:
+        return
+    ends = (y.min(), y.max())
+    travel = FLAT_SHARE * float(np.ptp(u))
+    for fault in _runs("stuck", np.diff(y) == 0.0, 0):
+        samples = slice(fault.first, fault.last + 2)
+        if y[samples].size >= FLAT_SAMPLES and np.ptp(u[samples]) > travel:
+            kind: FaultKind = "clipped" if y[fault.first] in ends else "stuck"
+            yield Fault(kind, fault.first, fault.last + 1)
+
+
+def _runs(kind: FaultKind, where: NDArray[np.bool_], offset: int) -> Iterator[Fault]:
+    """A fault per run of True."""
+    edge = np.flatnonzero(np.diff(where, prepend=False, append=False))
+    for first, end in edge.reshape(-1, 2):
+        yield Fault(kind, int(first) + offset, int(end) - 1 + offset)
+
+
+def _read_csv(path: Path) -> Record:
+    import pandas as pd
+
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from error
+    header = _header(path, content)
+    try:
+        frame = pd.read_csv(
+            io.BytesIO(content),
+            engine="c",
+            encoding="utf-8-sig",
+            skip_blank_lines=False,
+            skipinitialspace=True,
+            low_memory=False,
+        )
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path}: is not UTF-8 text: {error.reason}; save it so") from error
+    except (pd.errors.ParserError, pd.errors.EmptyDataError, ValueError) as error:
+        raise InputError(f"{path}: cannot be read as CSV: {str(error).strip()}") from error
+    if not isinstance(frame.index, pd.RangeIndex):
+        raise InputError(
+            f"{path}: row 2: more cells than the header has columns: write decimal points, "
+            "not commas, and no comma at the end of a row"
+        )
+    return make_record(str(path), _columns(header, frame))
+
+
+def _header(path: Path, content: bytes) -> list[str]:
+    """The names of the first line."""
+    if b"\0" in content[:65536]:
+        raise InputError(f"{path}: is not a text file; records are CSV")
+    line = content.partition(b"\n")[0].partition(b"\r")[0]
+    try:
+        text = line.decode("utf-8-sig").replace("\N{MICRO SIGN}", "u").replace("μ", "u")
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path}: row 1: is not UTF-8 text; save it as UTF-8") from error
+    if not text.strip():
+        raise InputError(f"{path}: row 1: no header; the first row must read t_s,u_V,y_um")
+    for mark, called in ((";", "semicolons"), ("\t", "tabs")):
+        if mark in text:
+            raise InputError(
+                f"{path}: row 1: columns are separated by {called}: save it with commas between "
+                "columns and decimal points"
+            )
+    names = [cell.strip().strip('"').strip() for cell in text.split(",")]
+    twice = [n for n in names if n and names.count(n) > 1]
+    if twice:
+        raise InputError(f"{path}: row 1: column {twice[0]!r} stands there twice: remove one")
+    return names
+
+
+def _columns(header: list[str], frame: pd.DataFrame) -> dict[str, NDArray[Any]]:
+    """The columns by name, without the blank lines at the end of the file."""
+    if frame.shape[0] and frame.iloc[-1].isna().all():
+        filled = np.flatnonzero(~frame.isna().all(axis=1).to_numpy())
+        frame = frame.iloc[: filled[-1] + 1 if filled.size else 0]
+    return {name: frame.iloc[:, i].to_numpy() for i, name in enumerate(header)}
+
+
+_LOADERS: dict[str, Callable[[Path], Record]] = {}
