@@ -40,11 +40,13 @@ mdl_status mdl_major_init_polynomial(mdl_major *major, mdl_real range_volts, con
     }
     major->kind = MDL_POLYNOMIAL;
     major->range_volts = range_volts;
+    major->shape = 0;
     major->degree = degree;
     major->count = 0;
     for (k = 0; k <= MDL_DEGREE_MAX; k++) {
         major->c[k] = k <= degree ? c[k] : MDL_C(0.0);
     }
+    major->at_zero_um = c[0];
     return MDL_OK;
 }
 
@@ -68,6 +70,8 @@ mdl_status mdl_major_init_breakpoints(mdl_major *major, const mdl_real *x_volts,
     major->degree = 0;
     major->count = count;
     major->range_volts = x_volts[count - 1];
+    major->at_zero_um = y_um[0];
+    major->shape = 0;
     for (i = 0; i < count; i++) {
         uint16_t left = i + 1u < count ? i : (uint16_t)(count - 2u);
         major->x_volts[i] = x_volts[i];
@@ -100,6 +104,8 @@ mdl_status mdl_major_init_play(mdl_major *major, mdl_real range_volts, const mdl
     major->degree = 0;
     major->count = count;
     major->range_volts = range_volts;
+    major->at_zero_um = MDL_C(0.0);
+    major->shape = 0;
     for (i = 0; i < count; i++) {
         if (i > 0) {
             y += slope * (threshold[i] - threshold[i - 1]);
@@ -155,4 +161,13 @@ mdl_real mdl_major_eval(const mdl_major *major, mdl_real x_volts)
 {
     return major->kind == MDL_POLYNOMIAL ? eval_polynomial(major, x_volts)
                                          : eval_piecewise_linear(major, x_volts);
+}
+
+mdl_real mdl_major_swing(const mdl_major *major, mdl_real a_volts, mdl_real b_volts)
+{
+    mdl_real swing = mdl_major_eval(major, b_volts - a_volts) - major->at_zero_um;
+    if (major->shape != 0) {
+        swing += mdl_shape_swing(major->shape, a_volts, b_volts);
+    }
+    return swing;
 }

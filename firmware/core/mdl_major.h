@@ -8,9 +8,7 @@
 #ifndef MDL_MAJOR_H
 #define MDL_MAJOR_H
 
-#include "mdl_config.h"
-#include "mdl_real.h"
-#include "mdl_status.h"
+#include "mdl_shape.h"
 
 typedef enum { MDL_POLYNOMIAL = 0, MDL_PIECEWISE_LINEAR = 1 } mdl_major_kind;
 
@@ -20,6 +18,8 @@ typedef struct {
     uint16_t degree;                       /**< polynomial: 0 to MDL_DEGREE_MAX */
     uint16_t count;                        /**< piecewise linear: breakpoints, 2 or more */
     mdl_real range_volts;                  /**< identified range: x in [0, range], range > 0 */
+    mdl_real at_zero_um;                   /**< f0(0) */
+    const mdl_shape *shape;                /**< departure from symmetry or from Masing, or NULL */
     mdl_real c[MDL_DEGREE_MAX + 1];        /**< um / volts^k, ascending powers */
     mdl_real x_volts[MDL_BREAKPOINTS_MAX]; /**< breakpoints, ascending, the first is 0 */
     mdl_real y_um[MDL_BREAKPOINTS_MAX];    /**< f0 at the breakpoints */
@@ -60,5 +60,12 @@ mdl_status mdl_major_init_play(mdl_major *major, mdl_real range_volts, const mdl
  * first or the last segment is continued. x must be finite.
  */
 mdl_real mdl_major_eval(const mdl_major *major, mdl_real x_volts);
+
+/**
+ * Displacement, in um, of a swing from a to b volts on a fresh branch: the ascending branch that
+ * starts at a gains it at b, the descending one that starts at b loses it at a. For the symmetric
+ * hysteresis it is f0(b - a) - f0(0), eq. (6); a shape adds its terms. a and b must be finite.
+ */
+mdl_real mdl_major_swing(const mdl_major *major, mdl_real a_volts, mdl_real b_volts);
 
 #endif

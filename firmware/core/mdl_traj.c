@@ -61,20 +61,17 @@ static mdl_status enter_curve(mdl_traj *traj, mdl_key x)
  */
 static mdl_real output(const mdl_traj *traj, mdl_real x)
 {
-    const mdl_tp_side *left = traj->left;
-    const mdl_tp_side *right = traj->right;
+    const mdl_major *major = traj->major;
     uint16_t n = traj->pairs;
     if (!traj->falling) {
-        mdl_real rise = mdl_major_eval(traj->major, x - mdl_real_of(left->x[n]));
-        return left->y_um[n] + (rise - traj->f0_min_um);
+        return traj->left->y_um[n] + mdl_major_swing(major, mdl_real_of(traj->left->x[n]), x);
     }
     if (n > 0) {
-        mdl_real fall = mdl_major_eval(traj->major, mdl_real_of(~right->x[n - 1]) - x);
-        return right->y_um[n - 1] - (fall - traj->f0_min_um);
+        n = (uint16_t)(n - 1u);
+        return traj->right->y_um[n] - mdl_major_swing(major, x, mdl_real_of(~traj->right->x[n]));
     }
     /* At or below the minimum: the descending curve that starts at the end of the range. */
-    return traj->f0_min_um -
-           (mdl_major_eval(traj->major, traj->major->range_volts - x) - traj->f0_range_um);
+    return traj->f0_min_um - (mdl_major_swing(major, x, major->range_volts) - traj->full_swing_um);
 }
 
 /* Says where x lies with respect to the identified range, and clamps it at the margin. */
@@ -107,8 +104,8 @@ mdl_status mdl_traj_init(mdl_traj *traj, const mdl_major *major, mdl_tp_side *le
     traj->right = right;
     traj->margin_volts = margin_volts;
     traj->range_key = mdl_key_of(major->range_volts);
-    traj->f0_min_um = mdl_major_eval(major, MDL_C(0.0));
-    traj->f0_range_um = mdl_major_eval(major, major->range_volts);
+    traj->f0_min_um = major->at_zero_um;
+    traj->full_swing_um = mdl_major_swing(major, MDL_C(0.0), major->range_volts);
     mdl_traj_reset(traj);
     return MDL_OK;
 }

@@ -52,14 +52,14 @@ typedef struct {
     const mdl_major *major;
     mdl_tp_side *left;
     mdl_tp_side *right;
-    mdl_real f0_min_um;    /**< f0(x_A0) */
-    mdl_real f0_range_um;  /**< f0 at the end of the identified range */
-    mdl_key range_key;     /**< end of the identified range */
-    mdl_real margin_volts; /**< extrapolated at most this far, >= 0 */
-    mdl_key last_x;        /**< x_1 of eq. (10), the input before */
-    mdl_real last_y_um;    /**< y_1 */
-    uint16_t falling;      /**< 1 on a descending curve (TP_flag of the paper) */
-    uint16_t pairs;        /**< right turning points held; left: as many, and one more if rising */
+    mdl_real f0_min_um;     /**< f0(x_A0) */
+    mdl_real full_swing_um; /**< from the minimum to the end of the identified range */
+    mdl_key range_key;      /**< end of the identified range */
+    mdl_real margin_volts;  /**< extrapolated at most this far, >= 0 */
+    mdl_key last_x;         /**< x_1 of eq. (10), the input before */
+    mdl_real last_y_um;     /**< y_1 */
+    uint16_t falling;       /**< 1 on a descending curve (TP_flag of the paper) */
+    uint16_t pairs;         /**< right turning points held; left: as many, and one more if rising */
 } mdl_traj;
 
 /**
