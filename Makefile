@@ -12,7 +12,7 @@ CFLAGS := -O2 -fPIC -ffp-contract=off $(WARN)
 
 .DEFAULT_GOAL := all
 .PHONY: all help
-all: .venv/.done $(LIB)/libmdl_f32.so $(LIB)/libmdl_f64.so ## build the libraries and .venv
+all: .venv/.done $(LIB)/libmdl_f32.so $(LIB)/libmdl_f64.so $(LIB)/libstage.so ## build the libraries and .venv
 
 help: ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' Makefile | expand -t 16
@@ -31,3 +31,8 @@ $(LIB)/libmdl_f32.so: $(CORE_C) $(CORE_H) $(BINDING)
 $(LIB)/libmdl_f64.so: $(CORE_C) $(CORE_H) $(BINDING)
 	@mkdir -p $(@D)
 	$(CC) $(CFLAGS) -DMDL_REAL_DOUBLE -DMDL_N_U=65536 -shared -Ifirmware/core -o $@ $(CORE_C) tools/madelung/binding/batch.c
+
+# The simulated actuator: its own physics, nothing of firmware/core.
+$(LIB)/libstage.so: $(wildcard host_sim/*.[ch])
+	@mkdir -p $(@D)
+	$(CC) -O3 -fPIC -ffp-contract=off $(WARN) -shared -o $@ $(wildcard host_sim/*.c) -lm
