@@ -7,6 +7,7 @@ import sys
 import typer
 
 from madelung import __version__
+from madelung.commands.export import export
 from madelung.errors import InputError
 
 app = typer.Typer(
@@ -30,6 +31,9 @@ def _options(
     ),
 ) -> None:
     pass
+
+
+app.command()(export)
 
 
 def main() -> None:
