@@ -1,21 +1,239 @@
 #include "mdl_chain.h"
 
+#include "mdl_backlash.h"
+
+#include <string.h>
+
+#define SUBSTEPS_MAX 64u
+
+static int acts(const mdl_chain *chain, uint16_t block)
+{
+    return (chain->params->blocks & block) != 0;
+}
+
 mdl_status mdl_chain_init(mdl_chain *chain, const mdl_chain_params *params, mdl_tp_side *left,
                           mdl_tp_side *right)
 {
+    mdl_status status;
     if (!mdl_is_finite(params->u_min_volts)) {
         return MDL_ERR_NOT_FINITE;
     }
+    if (params->substeps > SUBSTEPS_MAX) {
+        return MDL_ERR_PARAMETER;
+    }
+    if (params->creep_count > MDL_CREEP_MODES_MAX || params->mode_count > MDL_MODES_MAX ||
+        params->delay.whole > MDL_DELAY_MAX - 4) {
+        return MDL_ERR_CAPACITY;
+    }
     chain->params = params;
-    return mdl_traj_init(&chain->traj, &params->major, left, right, params->margin_volts);
+    status = mdl_traj_init(&chain->traj, &params->major, left, right, params->margin_volts);
+    if (status == MDL_OK) {
+        mdl_chain_reset(chain);
+    }
+    return status;
 }
 
 void mdl_chain_reset(mdl_chain *chain)
 {
     mdl_traj_reset(&chain->traj);
+    memset(&chain->at, 0, sizeof chain->at);
+    mdl_delay_reset(&chain->delay, MDL_C(0.0));
+    chain->started = 0;
+}
+
+static mdl_real saturated(const mdl_chain *chain, mdl_real u)
+{
+    return acts(chain, MDL_BLOCK_SATURATION) ? mdl_saturation(&chain->params->saturation, u) : u;
+}
+
+/* Creep box: the displacement, and its share that follows slowly. */
+static mdl_real creep(mdl_chain *chain, mdl_real y)
+{
+    const mdl_chain_params *p = chain->params;
+    mdl_real rise = y - chain->at.hysteresis_um;
+    mdl_real slow = MDL_C(0.0);
+    uint16_t i;
+    chain->at.hysteresis_um = y;
+    for (i = 0; i < p->creep_count; i++) {
+        mdl_real e = mdl_lag_step(&chain->at.creep[i], &p->creep[i].lag, rise);
+        slow += p->creep[i].gain * (y - p->major.at_zero_um + e);
+    }
+    return y + slow;
+}
+
+/* Every dynamic state in equilibrium at u, which was reached from u_min without a turn. */
+static mdl_status start(mdl_chain *chain, mdl_real u)
+{
+    const mdl_chain_params *p = chain->params;
+    uint16_t i;
+    mdl_status status = MDL_OK;
+    mdl_real v = saturated(chain, u);
+    mdl_real y = MDL_C(0.0);
+    status = mdl_traj_step(&chain->traj, v - p->u_min_volts, &y);
+    if (status < 0) {
+        return status;
+    }
+    chain->at.u_volts = u;
+    chain->at.slewed_volts = v;
+    chain->at.drive_volts = v;
+    chain->at.hysteresis_um = y;
+    mdl_lag_reset(&chain->at.lag);
+    mdl_lag_reset(&chain->at.velocity);
+    for (i = 0; i < MDL_CREEP_MODES_MAX; i++) {
+        mdl_lag_reset(&chain->at.creep[i]);
+    }
+    y = acts(chain, MDL_BLOCK_CREEP) ? creep(chain, y) : y;
+    chain->at.crept_um = y;
+    for (i = 0; i < MDL_MODES_MAX; i++) {
+        mdl_mode_reset(&chain->at.mode[i]);
+    }
+    chain->at.target_um =
+        acts(chain, MDL_BLOCK_BACKLASH) ? mdl_backlash_start(p->dead_band_um, y) : y;
+    mdl_delay_reset(&chain->delay, chain->at.target_um);
+    chain->started = 1;
+    return status;
+}
+
+/* Input box: saturation, slew limit, amplifier lag. */
+static mdl_real drive(mdl_chain *chain, mdl_real u)
+{
+    const mdl_chain_params *p = chain->params;
+    mdl_real v = saturated(chain, u);
+    mdl_real before = chain->at.slewed_volts;
+    if (acts(chain, MDL_BLOCK_SLEW)) {
+        v = mdl_slew(p->slew_step_volts, before, v);
+    }
+    chain->at.slewed_volts = v;
+    return acts(chain, MDL_BLOCK_LAG) ? v + mdl_lag_step(&chain->at.lag, &p->lag, v - before) : v;
+}
+
+/* Hysteresis box: trajectory and rate dependence. */
+static mdl_status hysteresis(mdl_chain *chain, mdl_real v, mdl_real *y)
+{
+    const mdl_chain_params *p = chain->params;
+    mdl_real x = v - p->u_min_volts;
+    mdl_status status = mdl_traj_step(&chain->traj, x, y);
+    if (acts(chain, MDL_BLOCK_RATE)) {
+        *y += mdl_rate_step(&chain->at.velocity, &p->rate, &p->major, x, v - chain->at.drive_volts,
+                            *y);
+    }
+    chain->at.drive_volts = v;
+    return status;
+}
+
+/* Mechanics box: flexure modes, then backlash. */
+static void mechanics(mdl_chain *chain, mdl_real y)
+{
+    const mdl_chain_params *p = chain->params;
+    mdl_real rise = y - chain->at.crept_um;
+    uint16_t i;
+    chain->at.crept_um = y;
+    if (acts(chain, MDL_BLOCK_MODES)) {
+        for (i = 0; i < p->mode_count; i++) {
+            y += mdl_mode_step(&chain->at.mode[i], &p->mode[i], rise);
+        }
+    }
+    chain->at.target_um = acts(chain, MDL_BLOCK_BACKLASH)
+                              ? mdl_backlash_step(p->dead_band_um, chain->at.target_um, y)
+                              : y;
+}
+
+static mdl_status substep(mdl_chain *chain, mdl_real u)
+{
+    mdl_real y = MDL_C(0.0);
+    mdl_status status = hysteresis(chain, drive(chain, u), &y);
+    mechanics(chain, acts(chain, MDL_BLOCK_CREEP) ? creep(chain, y) : y);
+    return status;
+}
+
+/* Delay and sensor: what the measured displacement is now. */
+static mdl_real measured(mdl_chain *chain)
+{
+    const mdl_chain_params *p = chain->params;
+    mdl_real y = chain->at.target_um;
+    if (acts(chain, MDL_BLOCK_DELAY)) {
+        y = mdl_delay_step(&chain->delay, &p->delay, y);
+    }
+    if (acts(chain, MDL_BLOCK_GAIN)) {
+        y = p->gain * (y - p->major.at_zero_um) + p->major.at_zero_um + p->offset_um;
+    }
+    return y;
 }
 
 mdl_status mdl_chain_step(mdl_chain *chain, mdl_real u_volts, mdl_real *y_um)
 {
-    return mdl_traj_step(&chain->traj, u_volts - chain->params->u_min_volts, y_um);
+    const mdl_chain_params *p = chain->params;
+    int status = MDL_OK;
+    uint16_t n = p->substeps > 1u ? p->substeps : 1u;
+    uint16_t i;
+    mdl_real from, rise;
+    if (p->blocks == 0) {
+        return mdl_traj_step(&chain->traj, u_volts - p->u_min_volts, y_um);
+    }
+    if (!mdl_is_finite(u_volts)) {
+        *y_um = chain->at.target_um;
+        return MDL_ERR_NOT_FINITE;
+    }
+    if (!chain->started) {
+        status = start(chain, u_volts);
+    } else {
+        from = chain->at.u_volts;
+        rise = (u_volts - from) / (mdl_real)n;
+        for (i = 1; i < n; i++) {
+            status |= substep(chain, from + rise * (mdl_real)i);
+        }
+        status |= substep(chain, u_volts);
+        chain->at.u_volts = u_volts;
+    }
+    *y_um = measured(chain);
+    return (mdl_status)status;
+}
+
+/* Reals in front of the saved trajectory: started, position in the ring, blocks, ring. */
+#define BLOCK_REALS ((uint32_t)(sizeof(mdl_chain_blocks) / sizeof(mdl_real)))
+#define OWN_REALS (2u + BLOCK_REALS + MDL_DELAY_MAX)
+
+MDL_STATIC_ASSERT(sizeof(mdl_chain_blocks) % sizeof(mdl_real) == 0, blocks_are_reals);
+
+uint32_t mdl_chain_saved_length(const mdl_chain *chain)
+{
+    return OWN_REALS + mdl_traj_saved_length(&chain->traj);
+}
+
+mdl_status mdl_chain_save(const mdl_chain *chain, mdl_real *saved, uint32_t capacity)
+{
+    if (capacity < mdl_chain_saved_length(chain)) {
+        return MDL_ERR_CAPACITY;
+    }
+    saved[0] = (mdl_real)chain->started;
+    saved[1] = (mdl_real)chain->delay.newest;
+    memcpy(saved + 2, &chain->at, sizeof chain->at);
+    memcpy(saved + 2 + BLOCK_REALS, chain->delay.ring, sizeof chain->delay.ring);
+    return mdl_traj_save(&chain->traj, saved + OWN_REALS, capacity - OWN_REALS);
+}
+
+mdl_status mdl_chain_resume(mdl_chain *chain, const mdl_real *saved, uint32_t length)
+{
+    mdl_status status;
+    uint32_t i;
+    if (length < OWN_REALS) {
+        return MDL_ERR_STATE;
+    }
+    for (i = 0; i < OWN_REALS; i++) {
+        if (!mdl_is_finite(saved[i])) {
+            return MDL_ERR_NOT_FINITE;
+        }
+    }
+    if ((saved[0] != MDL_C(0.0) && saved[0] != MDL_C(1.0)) || saved[1] < MDL_C(0.0) ||
+        saved[1] >= (mdl_real)MDL_DELAY_MAX) {
+        return MDL_ERR_STATE;
+    }
+    status = mdl_traj_resume(&chain->traj, saved + OWN_REALS, length - OWN_REALS);
+    if (status == MDL_OK) {
+        chain->started = (uint16_t)saved[0];
+        chain->delay.newest = (uint16_t)saved[1];
+        memcpy(&chain->at, saved + 2, sizeof chain->at);
+        memcpy(chain->delay.ring, saved + 2 + BLOCK_REALS, sizeof chain->delay.ring);
+    }
+    return status;
 }

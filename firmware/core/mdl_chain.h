@@ -1,41 +1,110 @@
 /**
  * @file mdl_chain.h
- * @brief The signal path from the commanded voltage to the displacement.
+ * @brief The signal path from the commanded voltage to the displacement: what firmware and tools
+ *        call.
  *
- * command u -> [input] -> hysteresis -> [creep] -> [mechanics] -> [sensor] -> y. The baseline
- * predictor is the hysteresis box alone. This is what the firmware and the tools call.
+ * u -> saturation -> slew limit -> amplifier lag -> trajectory (+ asymmetry, non-Masing, rate
+ * dependence) -> creep -> flexure modes -> backlash -> delay -> gain, offset -> y
+ *
+ * The baseline predictor is the trajectory alone. Every other block is switched on by its bit. The
+ * delay belongs to the input box; as it commutes with every box behind it, it acts on the
+ * displacement, where interpolation does not blur turning points. A start from an unknown history
+ * is made by stepping through that history, or by resuming a state.
  */
 #ifndef MDL_CHAIN_H
 #define MDL_CHAIN_H
 
+#include "mdl_delay.h"
+#include "mdl_drive.h"
+#include "mdl_mode.h"
+#include "mdl_rate.h"
 #include "mdl_traj.h"
 
-/** Parameters of a predictor; constant data, for instance of a generated header. */
+/** Bits of mdl_chain_params.blocks. */
+#define MDL_BLOCK_SATURATION 1u
+#define MDL_BLOCK_SLEW 2u
+#define MDL_BLOCK_LAG 4u
+#define MDL_BLOCK_RATE 8u
+#define MDL_BLOCK_CREEP 16u
+#define MDL_BLOCK_MODES 32u
+#define MDL_BLOCK_BACKLASH 64u
+#define MDL_BLOCK_DELAY 128u
+#define MDL_BLOCK_GAIN 256u
+
+/** One mode of the creep ladder: gain * 1 / (1 + tau s). */
+typedef struct {
+    mdl_lag_params lag;
+    mdl_real gain; /**< share of the displacement */
+} mdl_creep_mode;
+
+/** Parameters of a predictor for one sample time; constant data, for instance generated. */
 typedef struct {
     mdl_real u_min_volts;  /**< command at x = 0 */
     mdl_real margin_volts; /**< see mdl_traj_init */
     mdl_major major;
+    uint16_t blocks;   /**< MDL_BLOCK_... that act; 0: the baseline */
+    uint16_t substeps; /**< 1 to 64; the command is taken as linear between samples; 0 means 1 */
+    mdl_saturation_params saturation;
+    mdl_real slew_step_volts; /**< largest change in a substep */
+    mdl_lag_params lag;
+    mdl_rate_params rate;
+    uint16_t creep_count;
+    mdl_creep_mode creep[MDL_CREEP_MODES_MAX];
+    uint16_t mode_count;
+    mdl_mode_params mode[MDL_MODES_MAX];
+    mdl_real dead_band_um;  /**< full width */
+    mdl_delay_params delay; /**< in samples, not substeps */
+    mdl_real gain;
+    mdl_real offset_um;
 } mdl_chain_params;
+
+/** State of the blocks between the command and the delay; reals only, saved as they are. */
+typedef struct {
+    mdl_real u_volts;      /**< command */
+    mdl_real slewed_volts; /**< behind the slew limit */
+    mdl_real drive_volts;  /**< behind the input box */
+    mdl_lag lag;
+    mdl_lag velocity;
+    mdl_real hysteresis_um;
+    mdl_lag creep[MDL_CREEP_MODES_MAX];
+    mdl_real crept_um;
+    mdl_mode mode[MDL_MODES_MAX];
+    mdl_real target_um; /**< behind the backlash */
+} mdl_chain_blocks;
 
 /** State of a predictor. The caller owns it, the parameters and both sides of the memory. */
 typedef struct {
     const mdl_chain_params *params;
     mdl_traj traj;
+    uint16_t started; /**< 0: the next sample sets every dynamic state to equilibrium */
+    mdl_chain_blocks at;
+    mdl_delay delay;
 } mdl_chain;
 
 /**
- * @return MDL_OK, MDL_ERR_PARAMETER, MDL_ERR_NOT_FINITE
+ * Checks the parameters and puts the chain to rest at u_min.
+ * @return MDL_OK, MDL_ERR_PARAMETER, MDL_ERR_CAPACITY, MDL_ERR_NOT_FINITE
  */
 mdl_status mdl_chain_init(mdl_chain *chain, const mdl_chain_params *params, mdl_tp_side *left,
                           mdl_tp_side *right);
 
-/** Back to rest at u_min. */
+/** Back to rest; the first sample then finds every dynamic state in equilibrium. */
 void mdl_chain_reset(mdl_chain *chain);
 
 /**
  * One sample: command in volts to displacement in um.
- * @return as mdl_traj_step
+ * @return as mdl_traj_step; the statuses of substeps are combined. MDL_ERR_NOT_FINITE: nothing
+ *         was changed, y_um is the last displacement behind the backlash
  */
 mdl_status mdl_chain_step(mdl_chain *chain, mdl_real u_volts, mdl_real *y_um);
+
+/** Reals that mdl_chain_save will write. */
+uint32_t mdl_chain_saved_length(const mdl_chain *chain);
+
+/** Writes the whole state as reals. MDL_ERR_CAPACITY when capacity (in reals) is too small. */
+mdl_status mdl_chain_save(const mdl_chain *chain, mdl_real *saved, uint32_t capacity);
+
+/** Continues from a state that a chain with the same parameters has saved; else as before. */
+mdl_status mdl_chain_resume(mdl_chain *chain, const mdl_real *saved, uint32_t length);
 
 #endif

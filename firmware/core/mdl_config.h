@@ -21,11 +21,30 @@
 #define MDL_BREAKPOINTS_MAX 64
 #endif
 
+/** Most modes of the creep ladder. Limit: 1 to 32. Memory: 20 bytes each. */
+#ifndef MDL_CREEP_MODES_MAX
+#define MDL_CREEP_MODES_MAX 12
+#endif
+
+/** Most flexure modes. Limit: 1 to 4. Memory: 40 bytes each. */
+#ifndef MDL_MODES_MAX
+#define MDL_MODES_MAX 2
+#endif
+
+/** Longest delay. Unit: samples. Limit: 4 to 32767. Memory: 4 bytes each. */
+#ifndef MDL_DELAY_MAX
+#define MDL_DELAY_MAX 64
+#endif
+
 /** Fails to compile when the condition is false; C99 has no static assert. */
 #define MDL_STATIC_ASSERT(condition, name) typedef char mdl_assert_##name[(condition) ? 1 : -1]
 
 MDL_STATIC_ASSERT(MDL_N_U >= 256 && MDL_N_U <= 65536L, n_u_is_in_range);
 MDL_STATIC_ASSERT((MDL_N_U & (MDL_N_U - 1L)) == 0, n_u_is_a_power_of_two);
 MDL_STATIC_ASSERT(MDL_BREAKPOINTS_MAX >= 2 && MDL_BREAKPOINTS_MAX <= 255, breakpoints_in_range);
+
+MDL_STATIC_ASSERT(MDL_CREEP_MODES_MAX >= 1 && MDL_CREEP_MODES_MAX <= 32, creep_modes_in_range);
+MDL_STATIC_ASSERT(MDL_MODES_MAX >= 1 && MDL_MODES_MAX <= 4, modes_in_range);
+MDL_STATIC_ASSERT(MDL_DELAY_MAX >= 4 && MDL_DELAY_MAX <= 32767, delay_in_range);
 
 #endif

@@ -16,12 +16,16 @@ typedef int64_t mdl_key;
 #define MDL_C(x) (x)
 #define MDL_KEY_MAX INT64_C(0x7FFFFFFFFFFFFFFF)
 #define MDL_EXPONENT_BITS INT64_C(0x7FF0000000000000)
+#define MDL_MANTISSA_LENGTH 52
+#define MDL_EXPONENT_BIAS 1023
 #else
 typedef float mdl_real;
 typedef int32_t mdl_key;
 #define MDL_C(x) (x##f)
 #define MDL_KEY_MAX INT32_C(0x7FFFFFFF)
 #define MDL_EXPONENT_BITS INT32_C(0x7F800000)
+#define MDL_MANTISSA_LENGTH 23
+#define MDL_EXPONENT_BIAS 127
 #endif
 
 /** A real and its bits. Reading the other member is defined in C99 (6.5.2.3, note 82). */

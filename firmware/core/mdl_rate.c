@@ -1,0 +1,24 @@
+#include "mdl_rate.h"
+
+#include "mdl_power.h"
+
+/* Half way between the two branches of the major loop at x, um. */
+static mdl_real middle(const mdl_major *major, mdl_real x)
+{
+    mdl_real range = major->range_volts;
+    return major->at_zero_um + MDL_C(0.5) * (mdl_major_swing(major, MDL_C(0.0), x) +
+                                             mdl_major_swing(major, MDL_C(0.0), range) -
+                                             mdl_major_swing(major, x, range));
+}
+
+mdl_real mdl_rate_step(mdl_lag *state, const mdl_rate_params *params, const mdl_major *major,
+                       mdl_real x_volts, mdl_real rise_volts, mdl_real y_um)
+{
+    mdl_real v = mdl_lag_step(state, &params->filter, rise_volts) * params->v_scale;
+    mdl_real size = mdl_power(v < MDL_C(0.0) ? -v : v, params->power);
+    mdl_real added = v < MDL_C(0.0) ? -params->damping_um : params->damping_um;
+    if (params->widening != MDL_C(0.0)) {
+        added += params->widening * (y_um - middle(major, x_volts));
+    }
+    return size * added;
+}
