@@ -105,25 +105,32 @@ static void relays_rise(hysteresis *h, double volts)
         double up = passed(h, i, volts);
         const double *weight = h->weight + i * h->levels;
         double *state = h->state + i * h->levels;
+        double sum = 0.0;
         for (j = 0; j <= i; j++) {
             double moved = higher(up - state[j], 0.0);
-            h->sum_um += weight[j] * moved;
+            sum += weight[j] * moved;
             state[j] += moved;
         }
+        h->sum_um += sum;
     }
 }
 
+/* Row by row, as the memory lies; relays of the cells above the input's own go down altogether. */
 static void relays_fall(hysteresis *h, double volts)
 {
-    size_t i, j, first = cell_of(h, volts);
-    for (j = cell_of(h, h->fall_volts) + 1; j-- > first;) {
-        double up = passed(h, j, volts);
-        for (i = j; i < h->levels; i++) {
-            double *state = h->state + i * h->levels + j;
-            double moved = lower(up - *state, 0.0);
-            h->sum_um += h->weight[i * h->levels + j] * moved;
-            *state += moved;
+    size_t i, j, first = cell_of(h, volts), last = cell_of(h, h->fall_volts);
+    double own = passed(h, first, volts);
+    for (i = first; i < h->levels; i++) {
+        const double *weight = h->weight + i * h->levels;
+        double *state = h->state + i * h->levels;
+        double up = own, sum = 0.0;
+        for (j = first; j <= last && j <= i; j++) {
+            double moved = lower(up - state[j], 0.0);
+            sum += weight[j] * moved;
+            state[j] += moved;
+            up = 0.0;
         }
+        h->sum_um += sum;
     }
 }
 
