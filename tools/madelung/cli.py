@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 
 import typer
+from typer.exceptions import TyperException
 
 from madelung import __version__
 from madelung.commands.export import export
@@ -12,7 +13,6 @@ from madelung.errors import InputError
 
 app = typer.Typer(
     help="Predict a piezo actuator's displacement open loop, and find out why reality differs.",
-    no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
 )
@@ -39,10 +39,22 @@ app.command()(export)
 def main() -> None:
     """Run the command; exit code 0 done, 2 bad input or usage (one line), 1 anything else."""
     try:
-        app()
-    except InputError as error:
-        print(f"madelung: {error}".replace("\n", " "), file=sys.stderr)
+        interrupted = app(prog_name="madelung", standalone_mode=False)
+    except (InputError, TyperException) as error:
+        print(f"madelung: {_one_line(error)}", file=sys.stderr)
         sys.exit(2)
+    if interrupted:
+        print("madelung: interrupted", file=sys.stderr)
+        sys.exit(1)
+
+
+def _one_line(error: InputError | TyperException) -> str:
+    if isinstance(error, InputError):
+        return " ".join(str(error).split())
+    context = getattr(error, "ctx", None)
+    command = context.command_path if context else "madelung"
+    message = " ".join(error.format_message().split()).removesuffix(".")
+    return f"{message}: see `{command} --help`"
 
 
 if __name__ == "__main__":

@@ -99,10 +99,13 @@ class Record:
 
     @property
     def sound(self) -> NDArray[np.bool_]:
-        """True where no fault but a gap lies on the sample, shape (n,)."""
+        """False on duplicates and where y is stuck or clipped, shape (n,).
+
+        Gaps and jitter concern the time between samples; the samples themselves are good.
+        """
         mask = np.ones(self.t_s.size, np.bool_)
         for fault in self.faults:
-            if fault.kind != "gap":
+            if fault.kind not in ("gap", "jitter"):
                 mask[fault.first : fault.last + 1] = False
         return mask
 
@@ -118,16 +121,16 @@ class Record:
             if these:
                 rows = sum(f.last - f.first + 1 for f in these)
                 where = f"the first in row {self.line(these[0].first)}"
-                said.append(f"{self.name}: {rows} {text} ({where})")
+                said.append(f"{self.name}: rows {text}: {rows} ({where})")
         return said
 
 
 _FAULT_TEXT: dict[FaultKind, str] = {
-    "gap": "rows with samples missing before them",
-    "duplicate": "rows with the time of the row before",
-    "jitter": "rows that are off their place in time",
-    "stuck": "rows in which y is stuck while u moves",
-    "clipped": "rows in which y is clipped",
+    "gap": "with samples missing before them",
+    "duplicate": "with the time of the row before",
+    "jitter": "that are off their place in time",
+    "stuck": "in which y is stuck while u moves",
+    "clipped": "in which y is clipped",
 }
 
 
@@ -301,15 +304,26 @@ def _faults(t: Floats, u: Floats, y: Floats | None) -> Iterator[Fault]:
     yield from _runs("duplicate", steps == 0.0, 1)
     off = np.abs(steps - passed * step) > JITTER_SHARE * step + TIME_RESOLUTION_S
     yield from _runs("jitter", off & (steps > 0.0), 1)
-    if y is None:
+    if y is not None:
+        yield from _flat(u, y)
+
+
+def _flat(u: Floats, y: Floats) -> Iterator[Fault]:
+    """Runs of equal y while u goes on as before; after a turn of u, backlash does the same."""
+    edge = np.flatnonzero(np.diff(np.diff(y) == 0.0, prepend=False, append=False))
+    first, last = edge.reshape(-1, 2).T
+    long = last - first >= FLAT_SAMPLES - 1
+    first, last = first[long], last[long]
+    if first.size == 0:
         return
-    ends = (y.min(), y.max())
-    travel = FLAT_SHARE * float(np.ptp(u))
-    for fault in _runs("stuck", np.diff(y) == 0.0, 0):
-        samples = slice(fault.first, fault.last + 2)
-        if y[samples].size >= FLAT_SAMPLES and np.ptp(u[samples]) > travel:
-            kind: FaultKind = "clipped" if y[fault.first] in ends else "stuck"
-            yield Fault(kind, fault.first, fault.last + 1)
+    bounds = np.column_stack((first, np.minimum(last + 1, u.size - 1))).ravel()
+    rise = np.maximum.reduceat(u, bounds)[::2] - u[first]
+    fall = u[first] - np.minimum.reduceat(u, bounds)[::2]
+    before = np.where(first > 0, u[first] - u[first - 1], u[last] - u[first])
+    moved = np.where(before > 0.0, rise, np.where(before < 0.0, fall, 0.0))
+    for i in np.flatnonzero(moved > FLAT_SHARE * np.ptp(u)):
+        at_end = y[first[i]] in (y.min(), y.max())
+        yield Fault("clipped" if at_end else "stuck", int(first[i]), int(last[i]))
 
 
 def _runs(kind: FaultKind, where: NDArray[np.bool_], offset: int) -> Iterator[Fault]:
