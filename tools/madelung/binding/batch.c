@@ -1,10 +1,12 @@
 #include "batch.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 struct batch {
     mdl_chain_params params;
     mdl_chain chain;
+    mdl_shape shape;
     mdl_tp_side left;
     mdl_tp_side right;
 };
@@ -13,6 +15,7 @@ static batch *finish(batch *b, mdl_status made, mdl_real u_min_volts, mdl_real m
                      int32_t *status)
 {
     if (made == MDL_OK) {
+        batch_clear_blocks(b);
         b->params.u_min_volts = u_min_volts;
         b->params.margin_volts = margin_volts;
         made = mdl_chain_init(&b->chain, &b->params, &b->left, &b->right);
@@ -54,6 +57,134 @@ void batch_free(batch *b)
     free(b);
 }
 
+int32_t batch_set_polynomial(batch *b, const mdl_real *c, uint16_t degree)
+{
+    const mdl_shape *shape = b->params.major.shape;
+    mdl_status status =
+        mdl_major_init_polynomial(&b->params.major, b->params.major.range_volts, c, degree);
+    b->params.major.shape = shape;
+    return status == MDL_OK ? mdl_chain_init(&b->chain, &b->params, &b->left, &b->right) : status;
+}
+
+void batch_set_shape(batch *b, const mdl_real *g)
+{
+    b->params.major.shape = g != NULL ? &b->shape : NULL;
+    b->shape.per_range = MDL_C(1.0) / b->params.major.range_volts;
+    if (g != NULL) {
+        memcpy(b->shape.g, g, sizeof b->shape.g);
+    }
+    mdl_chain_init(&b->chain, &b->params, &b->left, &b->right);
+}
+
+static void switch_on(batch *b, uint16_t block)
+{
+    b->params.blocks = (uint16_t)(b->params.blocks | block);
+}
+
+void batch_clear_blocks(batch *b)
+{
+    b->params.blocks = 0;
+    b->params.substeps = 1;
+    b->params.creep_count = 0;
+    b->params.mode_count = 0;
+    b->params.delay.whole = 0;
+}
+
+void batch_set_substeps(batch *b, uint16_t substeps)
+{
+    b->params.substeps = substeps;
+}
+
+void batch_set_saturation(batch *b, mdl_real high_volts, mdl_real low_volts, mdl_real knee_volts)
+{
+    b->params.saturation = (mdl_saturation_params){high_volts, low_volts, knee_volts};
+    switch_on(b, MDL_BLOCK_SATURATION);
+}
+
+void batch_set_slew(batch *b, mdl_real step_volts)
+{
+    b->params.slew_step_volts = step_volts;
+    switch_on(b, MDL_BLOCK_SLEW);
+}
+
+void batch_set_lag(batch *b, mdl_real decay, mdl_real ramp)
+{
+    b->params.lag = (mdl_lag_params){decay, ramp};
+    switch_on(b, MDL_BLOCK_LAG);
+}
+
+void batch_set_rate(batch *b, mdl_real decay, mdl_real ramp, mdl_real v_scale, mdl_real power,
+                    mdl_real damping_um, mdl_real widening)
+{
+    b->params.rate = (mdl_rate_params){{decay, ramp}, v_scale, power, damping_um, widening};
+    switch_on(b, MDL_BLOCK_RATE);
+}
+
+int32_t batch_set_creep(batch *b, uint16_t count, const mdl_real *decay, const mdl_real *ramp,
+                        const mdl_real *gain)
+{
+    uint16_t i;
+    if (count > MDL_CREEP_MODES_MAX) {
+        return MDL_ERR_CAPACITY;
+    }
+    b->params.creep_count = count;
+    for (i = 0; i < count; i++) {
+        b->params.creep[i] = (mdl_creep_mode){{decay[i], ramp[i]}, gain[i]};
+    }
+    switch_on(b, MDL_BLOCK_CREEP);
+    return MDL_OK;
+}
+
+int32_t batch_set_modes(batch *b, uint16_t count, const mdl_real *phi, const mdl_real *gamma,
+                        const mdl_real *share)
+{
+    uint16_t i;
+    if (count > MDL_MODES_MAX) {
+        return MDL_ERR_CAPACITY;
+    }
+    b->params.mode_count = count;
+    for (i = 0; i < count; i++) {
+        memcpy(b->params.mode[i].phi, phi + 4u * i, sizeof b->params.mode[i].phi);
+        memcpy(b->params.mode[i].gamma, gamma + 2u * i, sizeof b->params.mode[i].gamma);
+        b->params.mode[i].share = share[i];
+    }
+    switch_on(b, MDL_BLOCK_MODES);
+    return MDL_OK;
+}
+
+void batch_set_backlash(batch *b, mdl_real dead_band_um)
+{
+    b->params.dead_band_um = dead_band_um;
+    switch_on(b, MDL_BLOCK_BACKLASH);
+}
+
+int32_t batch_set_delay(batch *b, uint16_t whole, const mdl_real *weight)
+{
+    if (whole > MDL_DELAY_MAX - 4) {
+        return MDL_ERR_CAPACITY;
+    }
+    b->params.delay.whole = whole;
+    memcpy(b->params.delay.weight, weight, sizeof b->params.delay.weight);
+    switch_on(b, MDL_BLOCK_DELAY);
+    return MDL_OK;
+}
+
+void batch_set_gain(batch *b, mdl_real gain, mdl_real offset_um)
+{
+    b->params.gain = gain;
+    b->params.offset_um = offset_um;
+    switch_on(b, MDL_BLOCK_GAIN);
+}
+
+void batch_history(batch *b, const mdl_real *u_volts, size_t n)
+{
+    size_t i;
+    mdl_real y;
+    for (i = 0; i < n; i++) {
+        mdl_traj_step(&b->chain.traj, u_volts[i] - b->params.u_min_volts, &y);
+    }
+}
+
 void batch_reset(batch *b)
 {
     mdl_chain_reset(&b->chain);
@@ -76,17 +207,17 @@ void batch_run(batch *b, const mdl_real *u_volts, mdl_real *y_um, int32_t *statu
 
 uint32_t batch_saved_length(const batch *b)
 {
-    return mdl_traj_saved_length(&b->chain.traj);
+    return mdl_chain_saved_length(&b->chain);
 }
 
 int32_t batch_save(const batch *b, mdl_real *saved, uint32_t capacity)
 {
-    return mdl_traj_save(&b->chain.traj, saved, capacity);
+    return mdl_chain_save(&b->chain, saved, capacity);
 }
 
 int32_t batch_resume(batch *b, const mdl_real *saved, uint32_t length)
 {
-    return mdl_traj_resume(&b->chain.traj, saved, length);
+    return mdl_chain_resume(&b->chain, saved, length);
 }
 
 uint32_t batch_n_u(void)

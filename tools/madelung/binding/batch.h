@@ -25,8 +25,35 @@ batch *batch_new_breakpoints(mdl_real u_min_volts, mdl_real margin_volts, const 
 /** Frees what batch_new_... gave. */
 void batch_free(batch *b);
 
+/** Another polynomial f0 for the same range, um / volts^k, ascending; 0 or a negative status. */
+int32_t batch_set_polynomial(batch *b, const mdl_real *c, uint16_t degree);
+
+/** Terms of mdl_shape, um: 16 values, g[k-1][j-1] row by row; NULL takes them away. */
+void batch_set_shape(batch *b, const mdl_real *g);
+
+/** Switches every block off. */
+void batch_clear_blocks(batch *b);
+
+/** Each sets a block's parameters (see mdl_chain_params) and switches it on. */
+void batch_set_substeps(batch *b, uint16_t substeps);
+void batch_set_saturation(batch *b, mdl_real high_volts, mdl_real low_volts, mdl_real knee_volts);
+void batch_set_slew(batch *b, mdl_real step_volts);
+void batch_set_lag(batch *b, mdl_real decay, mdl_real ramp);
+void batch_set_rate(batch *b, mdl_real decay, mdl_real ramp, mdl_real v_scale, mdl_real power,
+                    mdl_real damping_um, mdl_real widening);
+int32_t batch_set_creep(batch *b, uint16_t count, const mdl_real *decay, const mdl_real *ramp,
+                        const mdl_real *gain);
+int32_t batch_set_modes(batch *b, uint16_t count, const mdl_real *phi, const mdl_real *gamma,
+                        const mdl_real *share);
+void batch_set_backlash(batch *b, mdl_real dead_band_um);
+int32_t batch_set_delay(batch *b, uint16_t whole, const mdl_real *weight);
+void batch_set_gain(batch *b, mdl_real gain, mdl_real offset_um);
+
 /** Back to rest at u_min. */
 void batch_reset(batch *b);
+
+/** Leads the hysteresis alone through n voltages: the history before a record begins. */
+void batch_history(batch *b, const mdl_real *u_volts, size_t n);
 
 /**
  * Runs n samples: u in volts to y in um. status and turning_points hold n values each or are
@@ -38,7 +65,7 @@ void batch_run(batch *b, const mdl_real *u_volts, mdl_real *y_um, int32_t *statu
 /** Reals that batch_save writes. */
 uint32_t batch_saved_length(const batch *b);
 
-/** See mdl_traj_save and mdl_traj_resume. */
+/** See mdl_chain_save and mdl_chain_resume. */
 int32_t batch_save(const batch *b, mdl_real *saved, uint32_t capacity);
 int32_t batch_resume(batch *b, const mdl_real *saved, uint32_t length);
 
