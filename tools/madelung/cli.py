@@ -9,6 +9,7 @@ from typer.exceptions import TyperException
 
 from madelung import __version__
 from madelung.commands.export import export
+from madelung.commands.simulate import simulate
 from madelung.errors import InputError
 
 app = typer.Typer(
@@ -34,6 +35,7 @@ def _options(
 
 
 app.command()(export)
+app.command()(simulate)
 
 
 def main() -> None:

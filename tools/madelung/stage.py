@@ -84,6 +84,7 @@ class Stage:
     stuck_share: float = 0.0
 
     def __post_init__(self) -> None:
+        """Refuse values out of range."""
         limits: dict[str, tuple[float, float]] = {
             "stroke_um": (1e-3, 1e4),
             "hysteresis_share": (0.0, 0.3),
@@ -252,7 +253,7 @@ def quantise(values: Floats, low: float, high: float, bits: int) -> Floats:
     if bits == 0:
         return inside
     step = (high - low) / (2**bits - 1)
-    return low + step * np.rint((inside - low) / step)
+    return np.asarray(low + step * np.rint((inside - low) / step))
 
 
 def simulate(stage: Stage, command: Command, seed: int = 0) -> Record:

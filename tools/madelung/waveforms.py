@@ -84,6 +84,7 @@ class Command:
     seed: int = 0
 
     def __post_init__(self) -> None:
+        """Refuse values out of range."""
         object.__setattr__(self, "waveform", Waveform(self.waveform))
         for name in ("seconds", "rate_hz", "hz", "dwell_s"):
             value = getattr(self, name)
@@ -123,7 +124,7 @@ class Command:
         return np.arange(self.samples) / self.rate_hz
 
     def at(self, t_s: ArrayLike) -> Floats:
-        """The command in V at times in s, shape (n,) for shape (n,), any times from 0 to seconds."""
+        """The command in V, shape (n,), at times in s from 0 to seconds, shape (n,)."""
         t = np.asarray(t_s, np.float64)
         shape = {
             Waveform.TRIANGLE: self._triangle,
@@ -150,14 +151,15 @@ class Command:
         nested = np.cumsum(swings * np.where(np.arange(swings.size) % 2, -1.0, 1.0))
         level = np.concatenate(([0.0, 1.0, 0.0], nested, nested[-2::-1], [0.0]))
         moment = np.concatenate(([0.0], np.cumsum(np.abs(np.diff(level))))) / (2.0 * self.hz)
-        return np.interp(np.mod(t, moment[-1]), moment, level)
+        return np.asarray(np.interp(np.mod(t, moment[-1]), moment, level))
 
     def _sines(self, t: Floats) -> Floats:
         phase = self._random().uniform(0.0, 2.0 * np.pi, len(self.lines_hz))
 
         def total(at_s: Floats) -> Floats:
             lines = zip(self.lines_hz, phase, strict=True)
-            return np.sum([np.sin(2.0 * np.pi * f * at_s + p) for f, p in lines], axis=0)
+            sines = [np.sin(2.0 * np.pi * f * at_s + p) for f, p in lines]
+            return np.asarray(np.sum(sines, axis=0))
 
         points = min(int(_POINTS_PER_CYCLE * max(self.lines_hz) * self.seconds) + 2, _DENSE_MAX)
         return _scaled(total(t), total(np.linspace(0.0, self.seconds, points)))
@@ -200,7 +202,7 @@ class Command:
         k = np.minimum(np.floor(t / dwell_s + 1e-9).astype(np.int64), levels.size - 1)
         before = levels[np.maximum(k - 1, 0)]
         arrived = np.clip((t - k * dwell_s) / rise_s, 0.0, 1.0) if rise_s > 0.0 else 1.0
-        return before + (levels[k] - before) * arrived
+        return np.asarray(before + (levels[k] - before) * arrived)
 
     def _random(self) -> np.random.Generator:
         return np.random.default_rng([self.seed, 1])
