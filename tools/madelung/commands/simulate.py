@@ -32,12 +32,12 @@ def simulate(
     rate: Annotated[float, typer.Option(help="Samples per s.", rich_help_panel=_COMMAND)] = 200.0,
     u_min: Annotated[
         float | None,
-        typer.Option(help="Lowest command, V [default: the stage's, 0].", rich_help_panel=_COMMAND),
+        typer.Option(help="Lowest command, V (default: the stage's, 0).", rich_help_panel=_COMMAND),
     ] = None,
     u_max: Annotated[
         float | None,
         typer.Option(
-            help="Highest command, V [default: the stage's, 40].", rich_help_panel=_COMMAND
+            help="Highest command, V (default: the stage's, 40).", rich_help_panel=_COMMAND
         ),
     ] = None,
     hz: Annotated[
@@ -55,7 +55,7 @@ def simulate(
     line: Annotated[
         list[float] | None,
         typer.Option(
-            help="A frequency of sines, Hz; may be given again [default: 0.3 0.7 1.9].",
+            help="A frequency of sines, Hz; may be given again (default: 0.3 0.7 1.9).",
             rich_help_panel=_COMMAND,
         ),
     ] = None,
@@ -79,55 +79,55 @@ def simulate(
         ),
     ] = None,
     stroke_um: Annotated[
-        float | None, typer.Option(help="Stroke, um [default: 30].", rich_help_panel=_STAGE)
+        float | None, typer.Option(help="Stroke, um (default: 30).", rich_help_panel=_STAGE)
     ] = None,
     noise_um: Annotated[
         float | None,
-        typer.Option(help="Rms of the sensor's noise, um [default: 0.01].", rich_help_panel=_STAGE),
+        typer.Option(help="Rms of the sensor's noise, um (default: 0.01).", rich_help_panel=_STAGE),
     ] = None,
     noise_ar: Annotated[
         float | None,
         typer.Option(
-            help="Colour of the noise: correlation over 5 ms, 0 (white) to below 1 [default: 0].",
+            help="Colour of the noise: correlation over 5 ms, 0 (white) to below 1 (default: 0).",
             rich_help_panel=_STAGE,
         ),
     ] = None,
     offset_um: Annotated[
-        float | None, typer.Option(help="Sensor's offset, um [default: 0].", rich_help_panel=_STAGE)
+        float | None, typer.Option(help="Sensor's offset, um (default: 0).", rich_help_panel=_STAGE)
     ] = None,
     dac_bits: Annotated[
         int | None,
         typer.Option(
-            help="Bits of the drive's converter, 0: none [default: 12].", rich_help_panel=_STAGE
+            help="Bits of the drive's converter, 0: none (default: 12).", rich_help_panel=_STAGE
         ),
     ] = None,
     adc_bits: Annotated[
         int | None,
         typer.Option(
-            help="Bits of the sensor's converter, 0: none [default: 12].", rich_help_panel=_STAGE
+            help="Bits of the sensor's converter, 0: none (default: 12).", rich_help_panel=_STAGE
         ),
     ] = None,
     adc_max_um: Annotated[
         float | None,
         typer.Option(
-            help="Where the sensor saturates, um [default: a quarter above the stroke].",
+            help="Where the sensor saturates, um (default: a quarter above the stroke).",
             rich_help_panel=_STAGE,
         ),
     ] = None,
     drop_share: Annotated[
         float | None,
-        typer.Option(help="Share of rows that are missing [default: 0].", rich_help_panel=_STAGE),
+        typer.Option(help="Share of rows that are missing (default: 0).", rich_help_panel=_STAGE),
     ] = None,
     stuck_share: Annotated[
         float | None,
         typer.Option(
-            help="Share of rows with a stuck reading [default: 0].", rich_help_panel=_STAGE
+            help="Share of rows with a stuck reading (default: 0).", rich_help_panel=_STAGE
         ),
     ] = None,
     physics: Annotated[
         str | None,
         typer.Option(
-            help="Hysteresis: relays (Preisach) or slides (Maxwell) [default: relays].",
+            help="Hysteresis: relays (Preisach) or slides (Maxwell) (default: relays).",
             rich_help_panel=_STAGE,
         ),
     ] = None,
@@ -135,12 +135,13 @@ def simulate(
 ) -> None:
     """Simulate an actuator that follows a command, and write the record.
 
-    The actuator is a piezo stage of 0 to 40 V and 30 um with a hysteresis of 13 % of its stroke,
-    12-bit converters and 10 nm rms of sensor noise, unless told otherwise. It rests at the first
-    voltage. The same options give the same file.
+    Unless told otherwise: a piezo stage of 0 to 40 V and 30 um, hysteresis 13 % of the stroke,
 
-    Example, a slow loop to identify a model from:
-    madelung simulate --waveform triangle --seconds 40 --rate 200 --seed 1 -o loop.csv
+    converters of 12 bits, sensor noise of 10 nm rms, at rest at the first voltage.
+
+    A slow loop to identify a model from, always the same for the same seed:
+
+    madelung simulate --seconds 40 --seed 1 -o loop.csv
     """
     from dataclasses import replace
 
