@@ -96,7 +96,8 @@ mdl_status mdl_traj_init(mdl_traj *traj, const mdl_major *major, mdl_tp_side *le
     if (!mdl_is_finite(margin_volts)) {
         return MDL_ERR_NOT_FINITE;
     }
-    if (margin_volts < MDL_C(0.0)) {
+    if (margin_volts < MDL_C(0.0) ||
+        !mdl_is_finite(mdl_major_swing(major, -margin_volts, major->range_volts + margin_volts))) {
         return MDL_ERR_PARAMETER;
     }
     traj->major = major;
@@ -202,11 +203,23 @@ static void put_point(mdl_tp_side *side, uint16_t i, const mdl_real *point, mdl_
     side->y_um[i] = point[1];
 }
 
-/* Whether length reals are a state that save can have written for this capacity. */
-static mdl_status check_saved(const mdl_real *saved, uint32_t length)
+/*
+ * Whether the outermost points lie where the model can have put them, given the first left and the
+ * first right one or, where there is none, the present input: A_0 at or below the minimum, and
+ * nothing beyond the margin.
+ */
+static int is_within(const mdl_traj *traj, mdl_real first_left, mdl_real first_right)
 {
+    return first_left <= MDL_C(0.0) && first_left >= -traj->margin_volts &&
+           first_right <= traj->major->range_volts + traj->margin_volts;
+}
+
+/* Whether length reals are a state that save can have written for this model and capacity. */
+static mdl_status check_saved(const mdl_traj *traj, const mdl_real *saved, uint32_t length)
+{
+    const mdl_real *points;
     uint32_t k;
-    uint16_t lefts;
+    uint16_t lefts, rights;
     if (length < 4u) {
         return MDL_ERR_STATE;
     }
@@ -221,12 +234,14 @@ static mdl_status check_saved(const mdl_real *saved, uint32_t length)
     if (saved[0] + MDL_C(1.0) - saved[1] > (mdl_real)MDL_TP_CAPACITY) {
         return MDL_ERR_CAPACITY;
     }
-    lefts = lefts_of((uint16_t)saved[0], (uint16_t)saved[1]);
-    if (length != 4u + 2u * ((uint32_t)lefts + (uint16_t)saved[0])) {
-        return MDL_ERR_STATE;
-    }
-    if (!is_chain(saved + 4, lefts, MDL_C(1.0), saved[2]) ||
-        !is_chain(saved + 4 + 2u * (uint32_t)lefts, (uint16_t)saved[0], MDL_C(-1.0), saved[2])) {
+    rights = (uint16_t)saved[0];
+    lefts = lefts_of(rights, (uint16_t)saved[1]);
+    points = saved + 4;
+    k = 2u * (uint32_t)lefts; /* where the right points start */
+    if ((mdl_real)rights != saved[0] || length != 4u + k + 2u * (uint32_t)rights ||
+        !is_chain(points, lefts, MDL_C(1.0), saved[2]) ||
+        !is_chain(points + k, rights, MDL_C(-1.0), saved[2]) ||
+        !is_within(traj, lefts > 0 ? points[0] : saved[2], rights > 0 ? points[k] : saved[2])) {
         return MDL_ERR_STATE;
     }
     return MDL_OK;
@@ -235,7 +250,7 @@ static mdl_status check_saved(const mdl_real *saved, uint32_t length)
 mdl_status mdl_traj_resume(mdl_traj *traj, const mdl_real *saved, uint32_t length)
 {
     uint16_t lefts, i;
-    mdl_status status = check_saved(saved, length);
+    mdl_status status = check_saved(traj, saved, length);
     if (status != MDL_OK) {
         return status;
     }

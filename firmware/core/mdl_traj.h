@@ -65,7 +65,8 @@ typedef struct {
 /**
  * Ties a trajectory to its curve and memory, and resets it.
  * @param margin_volts  how far beyond [0, range] f0 is extrapolated, volts, >= 0
- * @return MDL_OK, MDL_ERR_PARAMETER, MDL_ERR_NOT_FINITE
+ * @return MDL_OK; MDL_ERR_PARAMETER for a negative margin, or one within which f0 overflows;
+ *         MDL_ERR_NOT_FINITE
  */
 mdl_status mdl_traj_init(mdl_traj *traj, const mdl_major *major, mdl_tp_side *left,
                          mdl_tp_side *right, mdl_real margin_volts);
@@ -97,7 +98,8 @@ mdl_status mdl_traj_save(const mdl_traj *traj, mdl_real *saved, uint32_t capacit
 /**
  * Continues from a saved state of the same model. The next step gives what it would have given.
  * @return MDL_OK; MDL_ERR_NOT_FINITE, MDL_ERR_CAPACITY, MDL_ERR_STATE (not a chain of nested
- *         turning points): the trajectory is as before
+ *         turning points between the margins, from an A_0 at or below the minimum): the trajectory
+ *         is as before
  */
 mdl_status mdl_traj_resume(mdl_traj *traj, const mdl_real *saved, uint32_t length);
 
