@@ -37,7 +37,8 @@ apt-get "$@" update || fail "the mirror's list of source packages cannot be fetc
 apt-get "$@" source --download-only --tar-only cjson ||
     fail "the source package cjson cannot be fetched"
 tar -xzf cjson_*.orig.tar.gz --strip-components=3 --wildcards '*/tests/unity/src/*' \
-    '*/tests/unity/auto/*' '*/tests/unity/docs/license.txt' ||
+    '*/tests/unity/auto/*' '*/tests/unity/examples/unity_config.h' \
+    '*/tests/unity/docs/license.txt' ||
     fail "the source package cjson holds no Unity"
 rm -rf sources.list state cache cjson_*
 mv "$new" "../unity"
