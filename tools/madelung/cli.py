@@ -9,6 +9,8 @@ from typer.exceptions import TyperException
 
 from madelung import __version__
 from madelung.commands.export import export
+from madelung.commands.identify import identify
+from madelung.commands.predict import predict
 from madelung.commands.simulate import simulate
 from madelung.errors import InputError
 
@@ -34,6 +36,8 @@ def _options(
     pass
 
 
+app.command()(identify)
+app.command()(predict)
 app.command()(export)
 app.command()(simulate)
 
