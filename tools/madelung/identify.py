@@ -13,7 +13,9 @@ end.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -183,37 +185,36 @@ def identify(
     a, inverse = fit.solve(chosen)
     fitted = matrix[:, : chosen + 1] @ a
     x = np.concatenate([records[h.record].u_V[h.rows] for h in halves]) - u_min
-    noise = _noise(halves, x, y - fitted, u_max - u_min)
-    to_powers = basis[: chosen + 1, : chosen + 1].T
-    covariance = noise.sigma**2 * noise.rows * (to_powers @ inverse @ to_powers.T)
     rising = np.concatenate([np.full(h.rows.size, h.rising) for h in halves])
+    noise = _noise(halves, x, y - fitted, u_max - u_min)
     asymmetry, spread = _asymmetry(x, y - fitted, rising, u_max - u_min, noise)
+    to_powers = basis[: chosen + 1, : chosen + 1].T
     model = Model("madelung", u_min, u_max, f0=tuple(float(c) for c in to_powers @ a))
     stroke = stroke_of(model)
-    warnings += _check_curve(model, stroke, unit)
+    warnings += _check_curve(model, stroke)
     warnings += _check_float(model, records, stroke, unit)
     warnings += _check_symmetry(asymmetry, spread, stroke, unit)
-    error = y - fitted
-    extra = {
+    extra: dict[str, Any] = {
         "degree": chosen,
         f"stroke_{unit}": stroke,
-        f"rms_{unit}": float(np.sqrt(np.mean(error**2))),
-        f"max_{unit}": float(np.abs(error).max()),
+        f"rms_{unit}": _rms(y - fitted),
+        f"max_{unit}": _most(y - fitted),
         f"noise_{unit}": noise.sigma,
         "noise_from": noise.source,
         "noise_correlation_rows": noise.rows,
-        f"asymmetry_rms_{unit}": _or_none(_rms(asymmetry)),
-        f"asymmetry_max_{unit}": _or_none(_most(asymmetry)),
-        "covariance": covariance.tolist(),
+        f"asymmetry_rms_{unit}": _rms(asymmetry),
+        f"asymmetry_max_{unit}": _most(asymmetry),
+        "covariance": (noise.sigma**2 * noise.rows * (to_powers @ inverse @ to_powers.T)).tolist(),
         "half_loops": len(halves),
         "rows": int(y.size),
-        "records": [r.name.rpartition("/")[2] for r in records],
+        "records": [Path(r.name).name for r in records],
         "versions": {"madelung": __version__, "numpy": np.__version__},
     }
     if unit != "um":
         extra["y_unit"] = unit
-    model = Model("madelung", u_min, u_max, f0=model.f0, extra=extra)
-    return Identification(model, x, y, fitted, rising, noise, asymmetry, tuple(warnings))
+    return Identification(
+        replace(model, extra=extra), x, y, fitted, rising, noise, asymmetry, tuple(warnings)
+    )
 
 
 def stroke_of(model: Model) -> float:
@@ -315,10 +316,7 @@ def _swings(u: Floats, low: float, high: float) -> list[tuple[bool, int, int]]:
         to = first + int(np.argmax(outward))
         away = last - int(np.argmax(outward[::-1]))
         visits.append((int(to), int(away)))
-    return [
-        (bool(zone[here[1]] < 0), here[1], there[0])
-        for here, there in zip(visits[:-1], visits[1:], strict=True)
-    ]
+    return [(bool(zone[here[1]] < 0), here[1], there[0]) for here, there in pairwise(visits)]
 
 
 def _check_dwell(name: str, u: Floats, rows_per_half: int) -> Iterator[str]:
@@ -368,7 +366,7 @@ class _Fit:
         edges = np.cumsum([0, *sizes])
         pieces = [
             piece
-            for first, end in zip(edges[:-1], edges[1:], strict=True)
+            for first, end in pairwise(edges)
             for piece in np.array_split(np.arange(first, end), parts)
         ]
         folds = min(len(pieces), FOLDS_MAX)
@@ -434,7 +432,7 @@ class _Fit:
 def _noise(halves: list[Half], x: Floats, residual: Floats, range_V: float) -> Noise:
     """From the residuals of successive half-loops of the same direction, row by nearest row."""
     edges = np.cumsum([0] + [h.rows.size for h in halves])
-    pieces = [slice(a, b) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+    pieces = [slice(a, b) for a, b in pairwise(edges)]
     before: dict[tuple[int, bool], slice] = {}
     differences = []
     for half, piece in zip(halves, pieces, strict=True):
@@ -493,15 +491,17 @@ def _asymmetry(
 
 def _check_symmetry(asymmetry: Floats, spread: Floats, stroke: float, unit: str) -> Iterator[str]:
     rms, most = _rms(asymmetry), _most(asymmetry)
-    if rms > max(3.0 * _rms(spread), 1e-3 * stroke):
+    if rms is None or most is None:
+        return
+    if rms > max(3.0 * (_rms(spread) or 0.0), 1e-3 * stroke):
         yield (
             f"the loop is not centrally symmetric: the descending branch, mirrored, lies up to "
-            f"{most:.3g} {unit} ({_percent(most, stroke)}) off the ascending one, "
+            f"{most:.3g} {unit} ({percent(most, stroke)}) off the ascending one, "
             f"{rms:.3g} {unit} rms; the model takes the mean of both"
         )
 
 
-def _check_curve(model: Model, stroke: float, unit: str) -> Iterator[str]:
+def _check_curve(model: Model, stroke: float) -> Iterator[str]:
     x = np.linspace(0.0, model.range_V, 201)
     y = Polynomial(model.f0)(x)
     against = -np.diff(y) * np.sign(y[-1] - y[0])
@@ -521,25 +521,24 @@ def _check_float(
     if off > 2e-4 * stroke:
         yield (
             f"the firmware's float arithmetic is off by up to {off:.2g} {unit} "
-            f"({_percent(float(off), stroke)}): use a lower --degree"
+            f"({percent(float(off), stroke)}): use a lower --degree"
         )
 
 
-def _rms(values: Floats) -> float:
+def _rms(values: Floats) -> float | None:
+    """Of the finite values; None when there are none."""
     values = values[np.isfinite(values)]
-    return float(np.sqrt(np.mean(values**2))) if values.size else np.nan
+    return float(np.sqrt(np.mean(values**2))) if values.size else None
 
 
-def _most(values: Floats) -> float:
+def _most(values: Floats) -> float | None:
+    """The largest finite value, whatever its sign."""
     values = values[np.isfinite(values)]
-    return float(np.abs(values).max()) if values.size else np.nan
+    return float(np.abs(values).max()) if values.size else None
 
 
-def _or_none(value: float) -> float | None:
-    return value if np.isfinite(value) else None
-
-
-def _percent(value: float, stroke: float) -> str:
+def percent(value: float, stroke: float) -> str:
+    """A size as a share of the stroke, for people."""
     return f"{100.0 * value / stroke:.2g} % of the stroke" if stroke > 0.0 else "stroke 0"
 
 
@@ -551,7 +550,7 @@ def summary(found: Identification) -> list[str]:
 
     def size(key: str) -> str:
         value: Any = model.extra[f"{key}_{unit}"]
-        return f"{value:.3g} {unit} ({_percent(value, stroke)})"
+        return f"{value:.3g} {unit} ({percent(value, stroke)})"
 
     lines = [
         f"f0: degree {model.extra['degree']} on {model.u_min_V:g} to {model.u_max_V:g} V, from "

@@ -1,0 +1,38 @@
+"""What the commands share: progress, the time window, and how they speak."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from contextlib import AbstractContextManager, nullcontext
+
+import typer
+
+from madelung.errors import InputError
+
+
+def working(doing: str) -> AbstractContextManager[object]:
+    """A spinner on stderr while something long runs; nothing when stderr is no terminal."""
+    import sys
+
+    if not sys.stderr.isatty():
+        return nullcontext()
+    from rich.console import Console
+
+    return Console(stderr=True).status(doing)
+
+
+def window(from_s: float | None, to_s: float | None) -> tuple[float, float]:
+    """The options --from and --to, s; without them all of time."""
+    first = -float("inf") if from_s is None else from_s
+    last = float("inf") if to_s is None else to_s
+    if not last > first:
+        raise InputError(f"--to ({last:g} s) must be after --from ({first:g} s)")
+    return first, last
+
+
+def say(warnings: Iterable[str], result: Iterable[str]) -> None:
+    """Warnings on stderr, the result on stdout, a line each."""
+    for line in warnings:
+        typer.echo(f"madelung: warning: {line}", err=True)
+    for line in result:
+        typer.echo(line)

@@ -1,0 +1,82 @@
+"""``madelung identify``: a model from measured loops."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from madelung.errors import InputError
+
+
+class Kind(StrEnum):
+    """Kinds of model that can be asked for."""
+
+    MADELUNG = "madelung"
+    YANG2015 = "yang2015"
+
+
+def identify(
+    records: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="RECORD...",
+            help="CSV with t_s,u_V,y_um: a slow triangle or sine over the whole range, two cycles "
+            "or more. Several records of one device are averaged.",
+        ),
+    ],
+    output: Annotated[Path, typer.Option("--output", "-o", help="Write the model here, JSON.")],
+    degree: Annotated[
+        str, typer.Option(help="Of the polynomial f0, 0 to 7, or auto: by cross-validation.")
+    ] = "auto",
+    kind: Annotated[Kind, typer.Option("--model", help="Kind of the model.")] = Kind.MADELUNG,
+    u_min: Annotated[
+        float | None, typer.Option(help="Lowest command, V [default: the lowest recorded].")
+    ] = None,
+    u_max: Annotated[
+        float | None, typer.Option(help="Highest command, V [default: the highest recorded].")
+    ] = None,
+    from_s: Annotated[
+        float | None, typer.Option("--from", help="Fit only rows from this time on, s.")
+    ] = None,
+    to_s: Annotated[
+        float | None, typer.Option("--to", help="Fit only rows up to this time, s.")
+    ] = None,
+    plot: Annotated[Path | None, typer.Option(help="Draw the fit here, PNG.")] = None,
+) -> None:
+    """Identify a model from slow loops over the whole range.
+
+    The descending branch is mapped onto the ascending one by central symmetry, and a polynomial is
+    fitted to both (Cao & Li 2019, section 2.3). A record that does not begin at its lowest voltage
+    begins in mid motion: its first full swing is left out.
+    """
+    if kind is Kind.YANG2015:
+        raise InputError("--model yang2015 is not in this version: use --model madelung")
+    wanted = _degree(degree)
+
+    from madelung.commands.common import say, window, working
+    from madelung.identify import identify as run
+    from madelung.identify import summary
+    from madelung.records import read_record
+
+    with working("reading"):
+        read = [read_record(path) for path in records]
+    with working("identifying"):
+        found = run(read, wanted, u_min, u_max, *window(from_s, to_s))
+    if plot is not None:
+        from madelung.plots import draw_identification
+
+        with working("drawing"):
+            draw_identification(plot, found)
+    found.model.save(output)
+    say(found.warnings, [str(output), *summary(found)])
+
+
+def _degree(text: str) -> int | None:
+    if text == "auto":
+        return None
+    if text not in list("01234567"):
+        raise InputError(f"--degree is {text!r}: give 0 to 7, or auto")
+    return int(text)

@@ -1,0 +1,168 @@
+"""Run a model over a record, and say how far the measured displacement lies off."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from madelung.core import Precision, Predictor, Status
+from madelung.errors import InputError
+from madelung.identify import ENDS_SHARE, percent, stroke_of
+from madelung.model import MARGIN_SHARE, Model
+from madelung.records import Record
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """A prediction for every row of a record.
+
+    Attributes
+    ----------
+    record, model
+        What was predicted with what.
+    unit
+        Of the displacements, ``um`` unless the model was identified in the sensor's unit.
+    predicted
+        Shape (n,).
+    turning_points
+        Left and right turning points held after each row, shape (n,).
+    scored
+        True on the rows whose error counts, shape (n,): measured, sound, within the asked time,
+        and after the warm-up of a running record.
+    warnings
+        One sentence each.
+    """
+
+    record: Record
+    model: Model
+    unit: str
+    predicted: Floats
+    turning_points: NDArray[np.uint32]
+    scored: NDArray[np.bool_]
+    warnings: tuple[str, ...]
+
+    @property
+    def error(self) -> Floats:
+        """Measured less predicted on the scored rows; empty when nothing was measured."""
+        if self.record.y is None:
+            return np.empty(0)
+        return (self.record.y - self.predicted)[self.scored]
+
+    def columns(self) -> dict[str, NDArray[np.float64]]:
+        """The columns of the contract's out.csv."""
+        columns = {"t_s": self.record.t_s, "u_V": self.record.u_V}
+        if self.record.y is not None:
+            columns[f"y_{self.unit}"] = self.record.y
+        return {**columns, f"predicted_{self.unit}": self.predicted}
+
+
+def predict(
+    model: Model,
+    record: Record,
+    precision: Precision = "float32",
+    running: bool = False,
+    from_s: float = -np.inf,
+    to_s: float = np.inf,
+) -> Prediction:
+    """Predict the displacement for every row of a record.
+
+    Parameters
+    ----------
+    model
+        See `Model`.
+    record
+        Begins at rest at its first voltage, reached from u_min without a turn.
+    precision
+        ``float32``: the firmware's arithmetic; ``float64``: the reference.
+    running
+        The record begins in mid motion instead: what it predicts is right, and scored, once it has
+        been at both of its ends.
+    from_s, to_s
+        Only rows in this time are scored; all rows are predicted.
+
+    Raises
+    ------
+    InputError
+        The command leaves the model's range by more than 15 %, y is in another unit than the
+        model, or no row is left to score.
+    """
+    unit = str(model.extra.get("y_unit", "um"))
+    if record.y is not None and record.y_unit != unit:
+        raise InputError(
+            f"{record.name}: y is in {record.y_unit}, the model gives {unit}: convert the record"
+        )
+    _check_range(model, record)
+    predicted, status, turning_points = Predictor(model, precision).run_with_status(record.u_V)
+    warnings = record.warnings()
+    for bit, text in (
+        (Status.EXTRAPOLATED, f"outside {model.u_min_V:g} to {model.u_max_V:g} V: f0 extrapolated"),
+        (Status.MEMORY_FULL, "with more turning points than the memory holds"),
+    ):
+        rows = int(np.count_nonzero(status & int(bit)))
+        if rows:
+            warnings.append(f"{record.name}: rows {text}: {rows} of {status.size}")
+    scored = record.sound & (record.t_s >= from_s) & (record.t_s <= to_s)
+    if running:
+        scored[: _warm_up_rows(record)] = False
+    if record.y is None:
+        scored[:] = False
+    elif not scored.any():
+        raise InputError(
+            f"{record.name}: no row is left to compare with: time runs from {record.t_s[0]:g} to "
+            f"{record.t_s[-1]:g} s"
+        )
+    return Prediction(
+        record,
+        model,
+        unit,
+        predicted.astype(np.float64),
+        turning_points,
+        scored,
+        tuple(warnings),
+    )
+
+
+def _check_range(model: Model, record: Record) -> None:
+    margin = MARGIN_SHARE * model.range_V
+    low, high = model.u_min_V - margin, model.u_max_V + margin
+    out = np.flatnonzero((record.u_V < low) | (record.u_V > high))
+    if out.size:
+        raise InputError(
+            f"{record.name}: row {record.line(int(out[0]))}: the command {record.u_V[out[0]]:g} V "
+            f"is more than {100 * MARGIN_SHARE:.0f} % outside the model's range {model.u_min_V:g} "
+            f"to {model.u_max_V:g} V ({out.size} such rows): check the unit, or identify the model "
+            "on a wider range"
+        )
+
+
+def _warm_up_rows(record: Record) -> int:
+    """Rows until the record has been at both of its ends."""
+    u = record.u_V
+    reach = ENDS_SHARE * float(np.ptp(u))
+    return int(max(np.argmax(u >= u.max() - reach), np.argmax(u <= u.min() + reach)))
+
+
+def summary(found: Prediction) -> list[str]:
+    """What a user wants to know of a prediction, a line each."""
+    record, error = found.record, found.error
+    if record.y is None:
+        return [f"rows predicted: {record.t_s.size}; nothing measured to compare with"]
+    rows = np.flatnonzero(found.scored)
+    stroke = stroke_of(found.model)
+    worst = int(np.argmax(np.abs(error)))
+
+    def size(value: float) -> str:
+        return f"{value:.3g} {found.unit} ({percent(abs(value), stroke)})"
+
+    return [
+        f"rows predicted: {record.t_s.size}; compared: {rows.size}, "
+        f"{record.t_s[rows[0]]:g} to {record.t_s[rows[-1]]:g} s",
+        f"error: rms {size(float(np.sqrt(np.mean(error**2))))}, "
+        f"largest {size(abs(error[worst]))} at {record.t_s[rows[worst]]:g} s, "
+        f"mean {size(float(error.mean()))}",
+        f"most turning points held: {found.turning_points.max()}",
+    ]
