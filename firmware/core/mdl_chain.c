@@ -225,7 +225,7 @@ mdl_status mdl_chain_resume(mdl_chain *chain, const mdl_real *saved, uint32_t le
         }
     }
     if ((saved[0] != MDL_C(0.0) && saved[0] != MDL_C(1.0)) || saved[1] < MDL_C(0.0) ||
-        saved[1] >= (mdl_real)MDL_DELAY_MAX) {
+        saved[1] >= (mdl_real)MDL_DELAY_MAX || saved[1] != (mdl_real)(uint16_t)saved[1]) {
         return MDL_ERR_STATE;
     }
     status = mdl_traj_resume(&chain->traj, saved + OWN_REALS, length - OWN_REALS);
