@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import chain
+from typing import Any
 
 import numpy as np
 from hypothesis import strategies as st
@@ -12,6 +13,8 @@ from madelung.core import Precision, Predictor
 from madelung.model import Model
 from numpy.typing import NDArray
 from reference.literal import Trajectory, broken_line, polynomial
+
+Reals = NDArray[np.floating[Any]]
 
 BITS = (2, 3, 5, 8, 12, 16)
 """Few codes make coincidences (equal turning points, returns to the minimum) frequent."""
@@ -31,16 +34,17 @@ class Case:
         """A fresh predictor."""
         return Predictor(self.model, self.precision)
 
-    def volts(self, codes: list[int]) -> NDArray[np.floating]:
+    def volts(self, codes: list[int]) -> Reals:
         """Commands of codes, in the numbers of the build."""
         step = self.model.range_V / (2**self.bits - 1)
-        return (self.model.u_min_V + np.asarray(codes, float) * step).astype(self.precision)
+        u_volts: Reals = (self.model.u_min_V + np.array(codes) * step).astype(self.precision)
+        return u_volts
 
-    def x(self, u_volts: NDArray[np.floating]) -> NDArray[np.float64]:
+    def x(self, u_volts: Reals) -> NDArray[np.float64]:
         """u - u_min as the build computes it, without a further error."""
         return (u_volts - np.dtype(self.precision).type(self.model.u_min_V)).astype(float)
 
-    def trajectory(self, predictor: Predictor) -> NDArray[np.floating]:
+    def trajectory(self, predictor: Predictor) -> Reals:
         """The saved trajectory (see mdl_traj_save), which comes last in a saved predictor."""
         before = self.predictor().save().size - 6  # A_0 alone is held: 4 + 2 reals
         return predictor.save()[before:]
@@ -59,7 +63,7 @@ class Case:
         return Trajectory(*self._f0())
 
     def tolerance(
-        self, x: NDArray[np.float64], y: NDArray[np.float64], count: NDArray[np.uint32]
+        self, x: NDArray[np.float64], y: Reals, count: NDArray[np.uint32]
     ) -> NDArray[np.float64]:
         """How far the build's outputs may lie from the exact outputs y for inputs x, um.
 
@@ -79,8 +83,23 @@ class Case:
             slope = np.abs(np.diff(y_um) / np.diff(x_volts)).max()
             magnitude = np.abs(y_um).max() + slope * reach
             operations = 10
-        link = e * (operations * magnitude + 2 * np.abs(y).max())
+        link = float(e * (operations * magnitude + 2 * np.abs(y).max()))
         return (count + 1.0) * link
+
+    def assert_equals_literal(self, codes: list[int]) -> None:
+        """Outputs, counts and stored turning points of one run."""
+        u = self.volts(codes)
+        x = self.x(u)
+        predictor, literal = self.predictor(), self.literal()
+        y, _, count = predictor.run_with_status(u)
+        y_literal, count_literal = map(np.array, literal.run(x))
+        assert count.tolist() == count_literal.tolist()
+        tolerance = self.tolerance(x, y_literal, count)
+        assert (np.abs(y - y_literal) <= tolerance).all()
+        points = np.array(self.turning_points(predictor)).reshape(-1, 2)
+        points_literal = np.array(literal.points).reshape(-1, 2)
+        assert points[:, 0].tolist() == points_literal[:, 0].tolist()
+        assert (np.abs(points[:, 1] - points_literal[:, 1]) <= tolerance.max()).all()
 
     def _f0(self) -> tuple[Callable[[float], float], float]:
         def held(values: object) -> NDArray[np.float64]:

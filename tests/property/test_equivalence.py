@@ -37,32 +37,18 @@ def test_the_literal_broken_line() -> None:
     assert [f0(x) for x in (-1.0, 0.0, 0.5, 1.0, 1.5, 2.0, 3.0)] == [0, 1, 1.5, 2, 3.5, 5, 8]
 
 
-def assert_equals_literal(case: Case, codes: list[int]) -> None:
-    """Outputs, counts and stored turning points of one run."""
-    u = case.volts(codes)
-    x = case.x(u)
-    predictor, literal = case.predictor(), case.literal()
-    y, _, count = predictor.run_with_status(u)
-    y_literal, count_literal = map(np.array, literal.run(x))
-    assert count.tolist() == count_literal.tolist()
-    tolerance = case.tolerance(x, y_literal, count)
-    assert (np.abs(y - y_literal) <= tolerance).all()
-    points = np.array(case.turning_points(predictor)).reshape(-1, 2)
-    points_literal = np.array(literal.points).reshape(-1, 2)
-    assert points[:, 0].tolist() == points_literal[:, 0].tolist()
-    assert (np.abs(points[:, 1] - points_literal[:, 1]) <= tolerance.max()).all()
-
-
 @given(cases_with_codes())
 def test_equals_the_literal_recursion(drawn: tuple[Case, list[int]]) -> None:
     """On any codes, for any f0, within the rounding error of the build."""
-    assert_equals_literal(*drawn)
+    case, codes = drawn
+    case.assert_equals_literal(codes)
 
 
 @given(cases_with_codes(overshoot=0.12))
 def test_equals_the_literal_recursion_outside_the_range(drawn: tuple[Case, list[int]]) -> None:
     """The major loop is continued on both sides, and inputs may turn there."""
-    assert_equals_literal(*drawn)
+    case, codes = drawn
+    case.assert_equals_literal(codes)
 
 
 def operators() -> st.SearchStrategy[tuple[Array, Array]]:

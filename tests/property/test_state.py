@@ -1,0 +1,204 @@
+"""The state of the C core: carried on, saved, reset, refused, full. To the bit, in both builds."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+import pytest
+from cases import PRECISIONS, Case, cases_with_codes, inputs, spiral
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from madelung.core import Precision, Predictor, Status, n_u
+from madelung.errors import InputError
+from madelung.model import MARGIN_SHARE, Model
+
+REFUSED = -1
+NOT_FINITE = st.sampled_from([np.nan, -np.nan, np.inf, -np.inf])
+PAPER = Model("madelung", 0.0, 40.0, f0=(0.58517, 0.086444, 0.0011949, -6.1876e-06))
+"""Cao & Li 2019, eq. (20)."""
+
+
+def same_bits(a: Predictor, b: Predictor) -> bool:
+    """Whether two predictors are in the same state."""
+    return a.save().tobytes() == b.save().tobytes()
+
+
+@given(cases_with_codes(overshoot=0.3), st.data())
+def test_two_half_runs_equal_one_whole_run(
+    drawn: tuple[Case, list[int]], data: st.DataObject
+) -> None:
+    """In the same predictor, and in a new one that resumes the saved state."""
+    case, codes = drawn
+    u = case.volts(codes)
+    cut = data.draw(st.integers(0, len(codes)))
+    whole, halves, resumed = (case.predictor() for _ in range(3))
+    y, status, count = whole.run_with_status(u)
+    first = halves.run(u[:cut])
+    resumed.resume(halves.save())
+    assert same_bits(resumed, halves)
+    for second in (halves, resumed):
+        y_2, status_2, count_2 = second.run_with_status(u[cut:])
+        assert np.append(first, y_2).tobytes() == y.tobytes()
+        assert status_2.tolist() == status[cut:].tolist()
+        assert count_2.tolist() == count[cut:].tolist()
+        assert same_bits(second, whole)
+
+
+@given(cases_with_codes(overshoot=0.3), NOT_FINITE)
+def test_reset_equals_a_fresh_predictor(drawn: tuple[Case, list[int]], refused: float) -> None:
+    """Whatever came before."""
+    case, codes = drawn
+    u = case.volts(codes)
+    used, fresh = case.predictor(), case.predictor()
+    used.run([*u, refused])
+    used.reset()
+    assert same_bits(used, fresh)
+    assert used.run(u).tobytes() == fresh.run(u).tobytes()
+
+
+@given(cases_with_codes(overshoot=0.3), st.data())
+def test_refused_samples_leave_the_state(
+    drawn: tuple[Case, list[int]], data: st.DataObject
+) -> None:
+    """NaN and infinity repeat the last output; every other sample is as if they were not there."""
+    case, codes = drawn
+    u = case.volts(codes)
+    at = data.draw(st.lists(st.integers(0, u.size), min_size=1, max_size=6))
+    mixed = np.insert(u, at, [data.draw(NOT_FINITE) for _ in at])
+    refused = ~np.isfinite(mixed)
+    predictor, clean = case.predictor(), case.predictor()
+    y, status, _ = predictor.run_with_status(mixed)
+    y_clean, status_clean, _ = clean.run_with_status(u)
+    assert y[~refused].tobytes() == y_clean.tobytes()
+    assert status[~refused].tolist() == status_clean.tolist()
+    assert (status[refused] == REFUSED).all()
+    last = np.append(case.predictor().run(case.volts([0])), y[:-1])
+    assert y[refused].tobytes() == last[refused].tobytes()
+    assert same_bits(predictor, clean)
+
+
+@given(cases_with_codes(overshoot=0.5))
+def test_inputs_outside_the_range(drawn: tuple[Case, list[int]]) -> None:
+    """Extrapolated up to the margin, then clamped to its edge; the status says which."""
+    case, codes = drawn
+    model = replace(case.model, u_min_V=0.0, u_max_V=case.model.range_V)
+    case = replace(case, model=model)
+    real = np.dtype(case.precision).type
+    u = np.append(case.volts(codes), [np.finfo(real).max, np.finfo(real).min]).astype(real)
+    high = real(model.range_V)
+    margin = real(MARGIN_SHARE * model.range_V)
+    expected = np.select(
+        [(u < -margin) | (u > high + margin), (u < 0) | (u > high)],
+        [Status.CLAMPED, Status.EXTRAPOLATED],
+        Status.OK,
+    )
+    free, clipped = case.predictor(), case.predictor()
+    y, status, _ = free.run_with_status(u)
+    assert status.tolist() == expected.tolist()
+    assert clipped.run(np.clip(u, -margin, high + margin)).tobytes() == y.tobytes()
+    assert same_bits(free, clipped)
+
+
+@pytest.mark.parametrize("build", PRECISIONS)
+def test_nested_codes_equal_the_literal_recursion(build: Precision) -> None:
+    """Inwards through all 8-bit codes, to the deepest memory, and outwards again."""
+    inwards = spiral(list(range(256)))
+    Case(PAPER, 8, build).assert_equals_literal(inwards)
+    Case(PAPER, 8, build).assert_equals_literal(inwards + inwards[::-1])
+
+
+@pytest.mark.parametrize(("build", "bits"), [*product(PRECISIONS, range(8, 13)), ("float64", 16)])
+def test_all_codes_nested_fit_the_memory(build: Precision, bits: int) -> None:
+    """The proof in mdl_traj.h: N_u codes never need more than N_u turning points."""
+    case = Case(PAPER, bits, build)
+    codes = 2**bits
+    assert codes <= n_u(build)
+    inwards = spiral(list(range(codes)))
+    predictor = case.predictor()
+    _, status, count = predictor.run_with_status(case.volts(inwards))
+    assert not status.any()
+    assert count.tolist() == [1, *range(1, codes)]
+    # From below, the codes nest with one turning point less: the first fall empties the memory.
+    predictor.run(case.volts([codes - 1, 0]))
+    _, status, count = predictor.run_with_status(case.volts(spiral(list(range(codes))[::-1])[2:]))
+    assert not status.any()
+    assert count[-1] == codes - 2
+    _, status, count = predictor.run_with_status(case.volts(inwards[::-1]))
+    assert not status.any()
+    assert count[-1] == 0
+
+
+@pytest.mark.parametrize("bits", range(8, 13))
+def test_float_stays_close_to_double_at_full_depth(bits: int) -> None:
+    """The bound of `Case.tolerance` with every code nested."""
+    case, reference = Case(PAPER, bits, "float32"), Case(PAPER, bits, "float64")
+    u = case.volts(spiral(list(range(2**bits))))
+    y, _, count = case.predictor().run_with_status(u)
+    y_reference = reference.predictor().run(u)
+    assert (np.abs(y - y_reference) <= case.tolerance(case.x(u), y_reference, count)).all()
+
+
+@pytest.mark.parametrize("build", PRECISIONS)
+def test_a_full_memory_goes_on_with_its_innermost_curve(build: Precision) -> None:
+    """Off the code grid: said in the status, and over once an outer point is surpassed."""
+    capacity = n_u(build)
+    nested = np.array(spiral(list(range(capacity + 201))), build) * (40 / (capacity + 201))
+    # A_0 ... A_(capacity - 1) are held from input `capacity` on.
+    until_full, excess = np.split(nested, [capacity + 1])
+    outwards = until_full[:-1][::-1]
+    full, clean = Predictor(PAPER, build), Predictor(PAPER, build)
+    _, status, count = full.run_with_status(until_full)
+    assert not status.any()
+    assert count[-1] == capacity
+    clean.run(until_full)
+    assert same_bits(full, clean)
+    y, status, count = full.run_with_status(excess)
+    rising = np.diff(excess, prepend=until_full[-1]) > 0
+    assert (status[rising] == Status.MEMORY_FULL).all()
+    assert not status[~rising].any()
+    assert (count == capacity).all()
+    assert full.run(excess[::-1]).tobytes() == y[::-1].tobytes()
+    resumed = Predictor(PAPER, build)
+    resumed.resume(full.save())
+    for predictor in (full, resumed):
+        assert predictor.run(outwards).tobytes() == clean.run(outwards).tobytes()
+        assert same_bits(predictor, clean)
+        clean.reset()
+        clean.run(until_full)
+
+
+def anything_real() -> st.SearchStrategy[float]:
+    """Numbers that a damaged state may hold; y of 2^99 um is taken as it stands."""
+    small = st.integers(-3, 70).map(float) | st.sampled_from([0.5, 1.5, -0.0, 65536.0])
+    return small | st.floats(-(2.0**99), 2.0**99, width=32) | NOT_FINITE
+
+
+@settings(max_examples=500)
+@given(cases_with_codes(overshoot=0.3), st.data())
+def test_hostile_states(drawn: tuple[Case, list[int]], data: st.DataObject) -> None:
+    """A damaged state is refused without a trace, or is one that the model can be in."""
+    case, codes = drawn
+    predictor, other = case.predictor(), case.predictor()
+    predictor.run(case.volts(codes))
+    state = predictor.save().tolist()
+    head = len(state) - case.trajectory(predictor).size
+    places = st.integers(head, min(head + 5, len(state) - 1)) | st.integers(0, len(state) - 1)
+    for i in data.draw(st.lists(places, max_size=3)):
+        shifted = st.sampled_from([-1.0, -0.5, 0.5, 1.0]).map(lambda d, i=i: state[i] + d)
+        state[i] = data.draw(shifted | st.sampled_from(state[head:]) | anything_real())
+    cut = data.draw(st.just(len(state)) | st.integers(0, len(state)))
+    state = state[:cut] + data.draw(st.just([]) | st.lists(anything_real(), max_size=4))
+    hostile = np.array(state, case.precision)
+    before = other.save()
+    try:
+        other.resume(hostile)
+    except InputError:
+        assert other.save().tobytes() == before.tobytes()
+        return
+    assert (other.save() == hostile).all()
+    u = case.volts(data.draw(inputs(0, 2**case.bits - 1)))
+    y, status, _ = other.run_with_status(u)
+    assert np.isfinite(y).all()
+    assert (status >= 0).all()
