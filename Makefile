@@ -11,8 +11,11 @@ WARN := -std=c99 -Wall -Wextra -pedantic -Wconversion -Werror
 CFLAGS := -O2 -fPIC -ffp-contract=off $(WARN)
 
 .DEFAULT_GOAL := all
-.PHONY: all help
+.PHONY: all help demo
 all: .venv/.done $(LIB)/libmdl_f32.so $(LIB)/libmdl_f64.so $(LIB)/libstage.so ## build the libraries and .venv
+
+demo: all ## simulate a stage, identify it, predict another record; pictures in demo-out/
+	@tools/demo.sh demo-out
 
 help: ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' Makefile | expand -t 16
@@ -36,3 +39,34 @@ $(LIB)/libmdl_f64.so: $(CORE_C) $(CORE_H) $(BINDING)
 $(LIB)/libstage.so: $(wildcard host_sim/*.[ch])
 	@mkdir -p $(@D)
 	$(CC) -O3 -fPIC -ffp-contract=off $(WARN) -shared -o $@ $(wildcard host_sim/*.c) -lm
+
+# Tests are run in stages, see tools/run_stages.sh; to add one, add its target here.
+TEST_STAGES := test-unit coverage test-python
+UNIT_VARIANTS := f32-256-asan f32-4096-asan f32-65536-asan f64-256-asan f64-4096-asan \
+	f64-65536-asan f32-4096-fast f64-65536-fast
+UNIT := $(MAKE) --no-print-directory -j2 -k -f tests/unit/unit.mk
+
+.PHONY: test test-unit coverage test-python ceedling lint
+test: all ## run every test; the last line counts them
+	@tools/run_stages.sh $(TEST_STAGES)
+
+test-unit: ## run the unit tests of firmware/core in every variant
+	@tools/apt.sh gcc libc6-dev
+	@tools/unity.sh
+	@code=0; for v in $(UNIT_VARIANTS); do $(UNIT) VARIANT=$$v || code=1; done; exit $$code
+
+coverage: .venv/.done ## print the line coverage of firmware/core; fails below 100 %
+	@tools/unity.sh
+	@rm -f build/unit/f32-4096-cov/*.gcda
+	@$(UNIT) VARIANT=f32-4096-cov STAGE=coverage
+	@.venv/bin/gcovr --root . --filter firmware/core/ --fail-under-line 100 build/unit/f32-4096-cov
+
+test-python: all ## run the tests in Python
+	@tools/run_pytest.sh test-python $(wildcard tests/python tests/property tests/regression)
+
+ceedling: ## run the same unit tests with Ceedling
+	@command -v ceedling >/dev/null || { echo "ceedling is not on PATH: gem install ceedling" >&2; exit 1; }
+	@ceedling test:all
+
+lint: all ## check formatting, warnings, types and portability
+	@tools/lint.sh

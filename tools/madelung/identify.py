@@ -275,8 +275,8 @@ def _halves(
     for rising, first, last in swings:
         outward = u[first : last + 1] if rising else -u[first : last + 1]
         outer = outward >= np.maximum.accumulate(outward) - INNER_SHARE * (high - low)
-        rows = np.arange(first, last + 1)
-        kept = rows[outer & within[rows]]
+        rows = np.arange(first + 1, last + 1)  # the turn itself belongs to the swing before
+        kept = rows[outer[1:] & within[rows]]
         if kept.size:
             halves.append(Half(index, rising, kept))
             inner += int(np.count_nonzero(within[rows])) - kept.size

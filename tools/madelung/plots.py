@@ -145,7 +145,7 @@ def _label(axes: Axes, title: str, x: str, y: str) -> None:
     axes.grid(color="0.9", lw=0.6)
     axes.set_axisbelow(True)
     if axes.get_legend_handles_labels()[0]:
-        axes.legend(frameon=False, markerscale=3)
+        axes.legend(framealpha=0.9, edgecolor="none", markerscale=3)
 
 
 def _figure() -> Figure:

@@ -22,7 +22,7 @@ def identify(
     records: Annotated[
         list[Path],
         typer.Argument(
-            metavar="RECORD...",
+            metavar="RECORD",
             help="CSV with t_s,u_V,y_um: a slow triangle or sine over the whole range, two cycles "
             "or more. Several records of one device are averaged.",
         ),
@@ -33,10 +33,10 @@ def identify(
     ] = "auto",
     kind: Annotated[Kind, typer.Option("--model", help="Kind of the model.")] = Kind.MADELUNG,
     u_min: Annotated[
-        float | None, typer.Option(help="Lowest command, V [default: the lowest recorded].")
+        float | None, typer.Option(help="Lowest command, V (default: the lowest recorded).")
     ] = None,
     u_max: Annotated[
-        float | None, typer.Option(help="Highest command, V [default: the highest recorded].")
+        float | None, typer.Option(help="Highest command, V (default: the highest recorded).")
     ] = None,
     from_s: Annotated[
         float | None, typer.Option("--from", help="Fit only rows from this time on, s.")
