@@ -1,0 +1,33 @@
+# Images for the emulated machines: make -f tests/target/target.mk
+OUT := build/target
+WARN := -Wall -Wextra -pedantic -Wconversion -Wdouble-promotion -Werror
+# The same flags for all algorithms; -ffp-contract=off because x * y + z must round twice everywhere.
+FLAGS := -std=c99 -O2 -ffp-contract=off $(WARN) -Ifirmware/core -Itests/reference -Itests/target
+COMMON := $(wildcard firmware/core/*.c tests/reference/*.c)
+BSP := $(wildcard firmware/bsp_mps2/*.[cS])
+HEADERS := $(wildcard firmware/*/*.h tests/reference/*.h tests/target/*.h)
+
+AVR := avr-gcc -mmcu=atmega1284p $(FLAGS)
+AVR_LINK := -Wl,--defsym=__DATA_REGION_LENGTH__=0xfe00 -Wl,--defsym=__stack=0xffff -lm
+ARM := arm-none-eabi-gcc -mcpu=cortex-m4 -mthumb -mfloat-abi=hard -mfpu=fpv4-sp-d16 \
+	-ffunction-sections $(FLAGS) -Ifirmware/bsp_mps2
+ARM_LINK := -nostartfiles -T linker/mps2.ld -Wl,--gc-sections
+
+.PHONY: all
+all: $(OUT)/avr.elf $(OUT)/avr_run $(OUT)/mps2.elf $(OUT)/host
+
+$(OUT)/avr.elf: tests/target/target.c tests/target/board_avr.c $(COMMON) $(HEADERS) | $(OUT)
+	$(AVR) -o $@ $(filter %.c,$^) $(AVR_LINK)
+
+$(OUT)/avr_run: tests/target/avr_run.c | $(OUT)
+	gcc -std=gnu99 -O2 -Wall -Wextra -Werror -isystem /usr/include/simavr -o $@ $< -lsimavr -lelf
+
+$(OUT)/mps2.elf: tests/target/target.c tests/target/board_mps2.c firmware/bsp_mps2/startup.c \
+		firmware/bsp_mps2/semihosting.c $(COMMON) $(HEADERS) linker/mps2.ld | $(OUT)
+	$(ARM) -o $@ $(filter %.c,$^) $(ARM_LINK)
+
+$(OUT)/host: tests/target/host.c $(COMMON) $(HEADERS) | $(OUT)
+	gcc $(FLAGS) -o $@ $(filter %.c,$^)
+
+$(OUT):
+	@mkdir -p $@
