@@ -80,15 +80,17 @@ class Predictor:
     def __init__(self, model: Model, precision: Precision = "float32") -> None:
         self._ffi, self._lib = load(precision)
         self._dtype = np.dtype(precision)
+        range_V = model.range_as(self._dtype.type)
         margin = MARGIN_SHARE * model.range_V
         status = self._ffi.new("int32_t *")
         if model.kind == "madelung":
             c = self._array(model.f0)
             made = self._lib.batch_new_polynomial(
-                model.u_min_V, model.range_V, margin, self._pointer(c), c.size - 1, status
+                model.u_min_V, range_V, margin, self._pointer(c), c.size - 1, status
             )
         else:
             x, y = (self._array(v) for v in zip(*model.breakpoints, strict=True))
+            x[-1] = range_V
             made = self._lib.batch_new_breakpoints(
                 model.u_min_V, margin, self._pointer(x), self._pointer(y), x.size, status
             )
@@ -145,7 +147,8 @@ class Predictor:
             raise InputError(f"the state cannot be resumed: {_ERRORS[status]}")
 
     def _array(self, values: ArrayLike) -> NDArray[np.floating[Any]]:
-        return np.ascontiguousarray(values, dtype=self._dtype).reshape(-1)
+        with np.errstate(over="ignore"):  # the core refuses the infinity
+            return np.ascontiguousarray(values, dtype=self._dtype).reshape(-1)
 
     def _pointer(self, array: NDArray[np.floating[Any]]) -> Any:
         return self._ffi.from_buffer("mdl_real[]", array)

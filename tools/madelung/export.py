@@ -129,7 +129,7 @@ def volts_per_code(model: Model, input_V: tuple[float, float]) -> float:
     low, u_min = np.float32(input_V[0]), np.float32(model.u_min_V)
     factor = np.float32((input_V[1] - input_V[0]) / CODE_MAX)
     if input_V[1] <= model.u_max_V:
-        while (low + np.float32(CODE_MAX) * factor) - u_min > np.float32(model.range_V):
+        while (low + np.float32(CODE_MAX) * factor) - u_min > model.range_as(np.float32):
             factor = np.nextafter(factor, np.float32(0.0))
     return float(factor)
 
@@ -164,6 +164,7 @@ def _major(model: Model) -> list[str]:
         arrays: dict[str, Iterable[float]] = {"c": model.f0}
     elif model.kind == "major_curve":
         x, y = (np.array(v, np.float32) for v in zip(*model.breakpoints, strict=True))
+        x[-1] = model.range_as(np.float32)
         slope = np.diff(y) / np.diff(x)  # in float32, as mdl_major_init_breakpoints does
         head = {"kind": "MDL_PIECEWISE_LINEAR", "count": f"{x.size}u"}
         y_zero = float(y[0])
@@ -172,7 +173,7 @@ def _major(model: Model) -> list[str]:
         raise InputError(f"a model of kind {model.kind!r} cannot be exported")
     scalars = {
         **head,
-        "range_volts": literal(model.range_V, "the range"),
+        "range_volts": literal(model.range_as(np.float32), "the range"),
         "at_zero_um": literal(y_zero, "f0(0)"),
     }
     members = [f"            .{name} = {value}" for name, value in scalars.items()]

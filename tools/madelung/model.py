@@ -9,6 +9,8 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any, Literal
 
+import numpy as np
+
 from madelung.errors import InputError
 from madelung.files import write_atomically
 
@@ -48,6 +50,15 @@ class Model:
     def range_V(self) -> float:
         """Width of the identified range, V."""
         return self.u_max_V - self.u_min_V
+
+    def range_as(self, real: type[np.floating[Any]]) -> float:
+        """Width of the identified range, V, as a build of the core holds it.
+
+        The difference of the rounded ends: x = u - u_min of that build never exceeds it while u
+        is at most u_max.
+        """
+        with np.errstate(over="ignore", invalid="ignore"):
+            return float(real(self.u_max_V) - real(self.u_min_V))
 
     def to_json(self) -> dict[str, Any]:
         """The content of model.json."""
