@@ -83,8 +83,8 @@ class Case:
             slope = np.abs(np.diff(y_um) / np.diff(x_volts)).max()
             magnitude = np.abs(y_um).max() + slope * reach
             operations = 10
-        link = float(e * (operations * magnitude + 2 * np.abs(y).max()))
-        return (count + 1.0) * link
+        link = np.float64(e * (operations * magnitude + 2 * np.abs(y).max()))
+        return link * (count + 1)
 
     def assert_equals_literal(self, codes: list[int]) -> None:
         """Outputs, counts and stored turning points of one run."""
@@ -105,10 +105,12 @@ class Case:
         def held(values: object) -> NDArray[np.float64]:
             return np.asarray(values, self.precision).astype(float)
 
-        range_volts = float(held(self.model.range_V))
+        range_volts = self.model.range_as(np.dtype(self.precision).type)
         if self.model.kind == "madelung":
             return polynomial(held(self.model.f0).tolist()), range_volts
-        return broken_line(held(self.model.breakpoints).tolist()), range_volts
+        points = held(self.model.breakpoints)
+        points[-1, 0] = range_volts
+        return broken_line(points.tolist()), range_volts
 
 
 def polynomials() -> st.SearchStrategy[Model]:

@@ -101,6 +101,18 @@ def test_inputs_outside_the_range(drawn: tuple[Case, list[int]]) -> None:
     assert same_bits(free, clipped)
 
 
+@given(st.integers(-3000, 3000), st.integers(1, 15000), st.sampled_from(PRECISIONS))
+def test_both_ends_are_inside_the_range(low: int, width: int, build: Precision) -> None:
+    """Whatever the rounding of the ends in float: u_min to u_max is not reported as outside."""
+    u_min, u_max = low / 100, (low + width) / 100
+    line = ((0.0, 0.0), (u_max - u_min, 1.0))
+    for model in (
+        Model("madelung", u_min, u_max, f0=(0.0, 1.0)),
+        Model("major_curve", u_min, u_max, breakpoints=line),
+    ):
+        assert not Predictor(model, build).run_with_status([u_min, u_max, u_min])[1].any()
+
+
 @pytest.mark.parametrize("build", PRECISIONS)
 def test_nested_codes_equal_the_literal_recursion(build: Precision) -> None:
     """Inwards through all 8-bit codes, to the deepest memory, and outwards again."""
@@ -186,8 +198,8 @@ def test_hostile_states(drawn: tuple[Case, list[int]], data: st.DataObject) -> N
     head = len(state) - case.trajectory(predictor).size
     places = st.integers(head, min(head + 5, len(state) - 1)) | st.integers(0, len(state) - 1)
     for i in data.draw(st.lists(places, max_size=3)):
-        shifted = st.sampled_from([-1.0, -0.5, 0.5, 1.0]).map(lambda d, i=i: state[i] + d)
-        state[i] = data.draw(shifted | st.sampled_from(state[head:]) | anything_real())
+        shifted = [state[i] + d for d in (-1.0, -0.5, 0.5, 1.0)]
+        state[i] = data.draw(st.sampled_from(shifted + state[head:]) | anything_real())
     cut = data.draw(st.just(len(state)) | st.integers(0, len(state)))
     state = state[:cut] + data.draw(st.just([]) | st.lists(anything_real(), max_size=4))
     hostile = np.array(state, case.precision)
