@@ -29,7 +29,9 @@ mdl_real mdl_log2(mdl_real x)
     int n;
     m.real = x;
     n = (int)(m.bits >> MDL_MANTISSA_LENGTH) - MDL_EXPONENT_BIAS;
-    m.bits -= (mdl_key)n << MDL_MANTISSA_LENGTH;
+    /* The exponent becomes 0: 1 <= m < 2. */
+    m.bits &= ((mdl_key)1 << MDL_MANTISSA_LENGTH) - 1;
+    m.bits |= (mdl_key)MDL_EXPONENT_BIAS << MDL_MANTISSA_LENGTH;
     if (m.real > MDL_C(1.41421356)) {
         m.real *= MDL_C(0.5);
         n += 1;
