@@ -25,9 +25,9 @@ mdl_status mdl_chain_init(mdl_chain *chain, const mdl_chain_params *params, mdl_
         params->delay.whole > MDL_DELAY_MAX - 4) {
         return MDL_ERR_CAPACITY;
     }
-    chain->params = params;
     status = mdl_traj_init(&chain->traj, &params->major, left, right, params->margin_volts);
     if (status == MDL_OK) {
+        chain->params = params;
         mdl_chain_reset(chain);
     }
     return status;
@@ -126,9 +126,9 @@ static void mechanics(mdl_chain *chain, mdl_real y)
 {
     const mdl_chain_params *p = chain->params;
     mdl_real rise = y - chain->at.crept_um;
-    uint16_t i;
     chain->at.crept_um = y;
     if (acts(chain, MDL_BLOCK_MODES)) {
+        uint16_t i;
         for (i = 0; i < p->mode_count; i++) {
             y += mdl_mode_step(&chain->at.mode[i], &p->mode[i], rise);
         }
@@ -164,9 +164,6 @@ mdl_status mdl_chain_step(mdl_chain *chain, mdl_real u_volts, mdl_real *y_um)
 {
     const mdl_chain_params *p = chain->params;
     int status = MDL_OK;
-    uint16_t n = p->substeps > 1u ? p->substeps : 1u;
-    uint16_t i;
-    mdl_real from, rise;
     if (p->blocks == 0) {
         return mdl_traj_step(&chain->traj, u_volts - p->u_min_volts, y_um);
     }
@@ -177,8 +174,10 @@ mdl_status mdl_chain_step(mdl_chain *chain, mdl_real u_volts, mdl_real *y_um)
     if (!chain->started) {
         status = start(chain, u_volts);
     } else {
-        from = chain->at.u_volts;
-        rise = (u_volts - from) / (mdl_real)n;
+        uint16_t n = p->substeps > 1u ? p->substeps : 1u;
+        mdl_real from = chain->at.u_volts;
+        mdl_real rise = (u_volts - from) / (mdl_real)n;
+        uint16_t i;
         for (i = 1; i < n; i++) {
             status |= substep(chain, from + rise * (mdl_real)i);
         }
