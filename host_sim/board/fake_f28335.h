@@ -44,8 +44,11 @@ typedef struct {
     const char *name; /**< of the register, or of the kind */
 } fake_event;
 
+/* Smaller where the sources are only checked, for a compiler with 16-bit addresses. */
+#ifndef FAKE_LOG_LENGTH
 #define FAKE_LOG_LENGTH 4096
 #define FAKE_DAC_LENGTH 8192
+#endif
 
 /** The board, for tests to read, and to write where it says so. */
 typedef struct {
