@@ -37,6 +37,8 @@ _SCALE = {
     "y": {"um": 1.0, "nm": 1e-3, "mm": 1e3, "V": 1.0, "deg": 1.0},
 }
 _UNCONVERTED = ("V", "deg")
+_LIMIT = {"t": 1e10, "u": 1e6, "u_meas": 1e6, "y": 1e6}
+"""Largest size that makes sense, in s, V and um; what is beyond overflows the firmware's float."""
 
 
 @dataclass(frozen=True)
@@ -190,18 +192,20 @@ def make_record(name: str, columns: dict[str, NDArray[Any]], first_line: int = 2
     chosen = _choose(name, list(columns))
     values: dict[str, Floats] = {}
     for quantity, (column, scale) in chosen.items():
-        values[quantity] = _numbers(name, column, columns[column], first_line) * scale
+        limit = _LIMIT[quantity] / scale
+        values[quantity] = _numbers(name, column, columns[column], limit, first_line) * scale
     t, u, y = values["t"], values["u"], values.get("y")
     if t.size < SAMPLES_MIN:
         raise InputError(
             f"{name}: {t.size} rows are too few: a record needs at least {SAMPLES_MIN}"
         )
     _check_time(name, t, first_line)
-    if np.ptp(u) == 0.0:
-        raise InputError(
-            f"{name}: the command {chosen['u'][0]} is {u[0]:g} V in all rows: "
-            "record a command that moves"
-        )
+    for quantity in chosen.keys() & {"u", "y"}:
+        if np.ptp(values[quantity]) == 0.0:
+            raise InputError(
+                f"{name}: {chosen[quantity][0]} is {columns[chosen[quantity][0]][0]} in all rows: "
+                "record a movement (is everything connected?)"
+            )
     taken = {column for column, _ in chosen.values()}
     unit = chosen["y"][0].rpartition("_")[2] if y is not None else "um"
     return Record(
@@ -252,7 +256,7 @@ def _choose(name: str, columns: list[str]) -> dict[str, tuple[str, float]]:
     return chosen
 
 
-def _numbers(name: str, column: str, raw: NDArray[Any], first_line: int) -> Floats:
+def _numbers(name: str, column: str, raw: NDArray[Any], limit: float, first_line: int) -> Floats:
     """The column as finite float64, or a sentence about its first cell that is none."""
     import pandas as pd
 
@@ -261,15 +265,16 @@ def _numbers(name: str, column: str, raw: NDArray[Any], first_line: int) -> Floa
     else:
         text = pd.Series(raw)
         values = pd.to_numeric(text, errors="coerce").to_numpy(np.float64, na_value=np.nan)
-    bad = np.flatnonzero(~np.isfinite(values))
+    with np.errstate(invalid="ignore"):
+        bad = np.flatnonzero(~(np.abs(values) <= limit))
     if bad.size:
         row = int(bad[0])
         cell = str(raw[row])
         said = "is empty or not a number" if cell in ("nan", "None", "<NA>") else f"reads {cell!r}"
         rest = f" ({bad.size} such rows)" if bad.size > 1 else ""
         raise InputError(
-            f"{name}: row {first_line + row}: {column} {said}{rest}: every cell must hold a finite "
-            "number with a decimal point; mend or remove the row"
+            f"{name}: row {first_line + row}: {column} {said}{rest}: every cell must hold a "
+            f"number with a decimal point, at most {limit:g} in size; mend or remove the row"
         )
     return values
 
@@ -340,6 +345,13 @@ def _read_csv(path: Path) -> Record:
         content = path.read_bytes()
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from error
+    if b"\0" in content[:65536]:
+        raise InputError(f"{path}: is not a text file; records are CSV")
+    try:
+        content.decode("utf-8")
+    except UnicodeDecodeError as error:
+        row = content.count(b"\n", 0, error.start) + 1
+        raise InputError(f"{path}: row {row}: is not UTF-8 text; save the file as UTF-8") from error
     header = _header(path, content)
     try:
         frame = pd.read_csv(
@@ -350,8 +362,6 @@ def _read_csv(path: Path) -> Record:
             skipinitialspace=True,
             low_memory=False,
         )
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path}: is not UTF-8 text: {error.reason}; save it so") from error
     except (pd.errors.ParserError, pd.errors.EmptyDataError, ValueError) as error:
         raise InputError(f"{path}: cannot be read as CSV: {str(error).strip()}") from error
     if not isinstance(frame.index, pd.RangeIndex):
@@ -364,15 +374,8 @@ def _read_csv(path: Path) -> Record:
 
 def _header(path: Path, content: bytes) -> list[str]:
     """The names of the first line."""
-    if b"\0" in content[:65536]:
-        raise InputError(f"{path}: is not a text file; records are CSV")
     line = content.partition(b"\n")[0].partition(b"\r")[0]
-    try:
-        text = line.decode("utf-8-sig").replace("\N{MICRO SIGN}", "u").replace("μ", "u")
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path}: row 1: is not UTF-8 text; save it as UTF-8") from error
-    if not text.strip():
-        raise InputError(f"{path}: row 1: no header; the first row must read t_s,u_V,y_um")
+    text = line.decode("utf-8-sig").replace("\N{MICRO SIGN}", "u").replace("μ", "u")
     for mark, called in ((";", "semicolons"), ("\t", "tabs")):
         if mark in text:
             raise InputError(
@@ -380,10 +383,20 @@ def _header(path: Path, content: bytes) -> list[str]:
                 "columns and decimal points"
             )
     names = [cell.strip().strip('"').strip() for cell in text.split(",")]
+    if all(n == "" or _is_number(n) for n in names):
+        raise InputError(f"{path}: row 1: no header; the first row must read t_s,u_V,y_um")
     twice = [n for n in names if n and names.count(n) > 1]
     if twice:
         raise InputError(f"{path}: row 1: column {twice[0]!r} stands there twice: remove one")
     return names
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
 
 
 def _columns(header: list[str], frame: pd.DataFrame) -> dict[str, NDArray[Any]]:
