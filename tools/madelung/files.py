@@ -15,14 +15,19 @@ from madelung.errors import InputError
 def replacing(path: Path) -> Iterator[Path]:
     """A temporary path beside ``path`` that takes its place when the block ends well.
 
+    A link stays, and the file that it leads to is replaced.
+
     Raises
     ------
     InputError
-        The folder does not exist or cannot be written.
+        The folder does not exist or cannot be written, or ``path`` is a folder or a device.
     """
+    target = Path(os.path.realpath(path))
     try:
+        if target.exists() and not target.is_file():  # as root, /dev/null could be replaced
+            raise InputError(f"{path}: cannot be written: it is not a regular file")
         handle, name = tempfile.mkstemp(
-            prefix=f".{path.name}.", suffix=path.suffix, dir=path.parent
+            prefix=".madelung-", suffix=target.suffix, dir=target.parent
         )
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {error.strerror}") from error
@@ -34,7 +39,7 @@ def replacing(path: Path) -> Iterator[Path]:
         yield part
         part.chmod(0o666 & ~umask)
         try:
-            part.replace(path)
+            part.replace(target)
         except OSError as error:
             raise InputError(f"{path}: cannot be written: {error.strerror}") from error
     finally:
