@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import sys
 from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
@@ -15,6 +16,7 @@ from madelung.errors import InputError
 from madelung.files import write_atomically
 
 SCHEMA = "madelung.model/1"
+_LARGEST = sys.float_info.max  # integers may be larger
 DEGREE_MAX = 7
 BREAKPOINTS_MAX = 64
 MARGIN_SHARE = 0.15
@@ -108,7 +110,7 @@ def model_from_json(data: object) -> Model:
         raise InputError(f"schema is {data.get('schema')!r}, this version reads {SCHEMA!r}")
     kind = data.get("kind")
     u_min, u_max = _number(data, "u_min_V"), _number(data, "u_max_V")
-    if not u_max > u_min:
+    if not 0.0 < u_max - u_min < math.inf:
         raise InputError(f"u_max_V ({u_max:g}) must be above u_min_V ({u_min:g})")
     used = {"schema", "kind", "u_min_V", "u_max_V"}
     if kind == "madelung":
@@ -132,8 +134,8 @@ def _numbers(values: object, key: str) -> list[float]:
     if not isinstance(values, list):
         raise InputError(f"{key} must be a list of numbers")
     for v in values:
-        if isinstance(v, bool) or not isinstance(v, int | float) or not math.isfinite(v):
-            raise InputError(f"{key} must hold finite numbers, found {v!r}")
+        if isinstance(v, bool) or not isinstance(v, int | float) or not abs(v) <= _LARGEST:
+            raise InputError(f"{key} must hold finite numbers, found {v!r:.40}")
     return [float(v) for v in values]
 
 
