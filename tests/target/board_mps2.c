@@ -46,10 +46,9 @@ uint16_t board_read(uint32_t *word)
 
 void board_pin_high(void)
 {
-    volatile uint32_t *sp;
     uint32_t i;
-    __asm__ volatile("mov %0, sp" : "=r"(sp));
-    painted = sp - STACK_WORDS;
+    __asm__ volatile("mov %0, sp" : "=r"(painted));
+    painted -= STACK_WORDS;
     for (i = 0; i < STACK_WORDS; i++) {
         painted[i] = paint;
     }
