@@ -1,9 +1,9 @@
+/* clang-format off */
 /* Written by `madelung export`; do not edit. Reals are floats, exact in nine digits.
  * model: {"kind": "madelung", "u_min_V": 0.0, "u_max_V": 40.0, "source": "Cao & Li, Sensors 2019, 19, 352, eq. (20)"}
  */
 #include "mdl_params.h"
 
-/* clang-format off */
 const mdl_app_params mdl_params = {
     .chain = {
         .u_min_volts = 0.0f,

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-
 from madelung.errors import InputError
 from madelung.waveforms import Command, Waveform
 

@@ -98,12 +98,12 @@ def params_source(model: Model, scaling: Scaling) -> str:
         }
     )
     lines = [
+        "/* clang-format off */",
         "/* Written by `madelung export`; do not edit. Reals are floats, exact in nine digits.",
         f" * model: {share.replace('*/', '* /')}",
         " */",
         '#include "mdl_params.h"',
         "",
-        "/* clang-format off */",
         "const mdl_app_params mdl_params = {",
         "    .chain = {",
         f"        .u_min_volts = {literal(model.u_min_V, 'u_min_V')},",

@@ -130,9 +130,7 @@ def delay_coefficients(delay_s: float, step_s: float) -> tuple[int, Array]:
     whole = max(int(np.floor(samples)) - 1, 0)
     at = samples - whole
     nodes = np.arange(4.0)
-    weights = [
-        np.prod([(at - n) / (k - n) for n in nodes if n != k]) for k in nodes
-    ]
+    weights = [np.prod([(at - n) / (k - n) for n in nodes if n != k]) for k in nodes]
     return whole, np.array(weights)
 
 
