@@ -9,10 +9,11 @@ from typing import Any
 
 import numpy as np
 from hypothesis import strategies as st
-from madelung.core import Precision, Predictor
-from madelung.model import Model
 from numpy.typing import NDArray
 from reference.literal import Trajectory, broken_line, polynomial
+
+from madelung.core import Precision, Predictor
+from madelung.model import Model
 
 Reals = NDArray[np.floating[Any]]
 

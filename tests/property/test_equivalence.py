@@ -7,10 +7,11 @@ import pytest
 from cases import PRECISIONS, Case, cases_with_codes, inputs
 from hypothesis import given
 from hypothesis import strategies as st
-from madelung.core import Precision
-from madelung.model import Model
 from reference.literal import Trajectory, broken_line, polynomial
 from reference.play import Array, major_curve, play
+
+from madelung.core import Precision
+from madelung.model import Model
 
 TABLE_1 = (
     np.array([0.0789, 0.2268, 0.1928, 0.2019, 0.1995, 0.2001, 0.2, 0.2, 0.1999, 0.2005]),

@@ -10,6 +10,7 @@ import pytest
 from cases import PRECISIONS, Case, cases_with_codes, inputs, spiral
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
 from madelung.core import Precision, Predictor, Status, n_u
 from madelung.errors import InputError
 from madelung.model import MARGIN_SHARE, Model

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 from madelung import core
 from madelung.core import Predictor
 from madelung.errors import InputError

@@ -5,12 +5,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
+
 from madelung.cli import app
 from madelung.errors import InputError
 from madelung.records import read_record
 from madelung.stage import Hysteresis, Stage, load_stage, simulate
 from madelung.waveforms import Command, Waveform
-from typer.testing import CliRunner
 
 KINDS = ["relays", "slides"]
 SLOW = Command(seconds=20.0, rate_hz=200.0)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from madelung.errors import InputError
 from madelung.waveforms import Command, Waveform
 
