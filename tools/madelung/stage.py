@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import shutil
+import tempfile
 from dataclasses import dataclass, fields
 from functools import cache
 from pathlib import Path
@@ -12,8 +14,17 @@ import cffi
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from madelung.campaigns import Campaign, Commands, bias_V, commands, fast_V_per_s
 from madelung.errors import InputError
-from madelung.records import Record
+from madelung.records import Record, write_record
+from madelung.sim_effects import (
+    OUTSIDE,
+    VOCABULARY,
+    Effects,
+    Parameters,
+    Scene,
+    draw_effects,
+)
 from madelung.waveforms import Command
 
 Floats = NDArray[np.float64]
@@ -25,6 +36,13 @@ _MARGIN_SHARE = 0.2
 _NOISE_HZ = 200.0
 """`Stage.noise_ar` is the correlation of neighbouring samples at this rate."""
 _STUCK_SAMPLES = 20
+_FINE_HZ = 20_000.0
+_STEPS_PER_PERIOD = 25.0
+"""Steps of the simulation: so many a second, and in the period of the fastest pole."""
+_VELOCITY_TAU_S = 1e-3
+_HEATING_TAU_S = 6.0
+_CREEP_TAU_S = np.geomspace(0.03, 1000.0, 37)
+_NO_EFFECTS = Effects()
 
 
 @dataclass(frozen=True)
@@ -57,6 +75,10 @@ class Stage:
         in Hz does not depend on the rate.
     offset_um
         Offset of the sensor, um.
+    between
+        What the drive does between the samples of a record when more than the hysteresis is
+        simulated: ``linear``, or the ``waveform`` itself, when the logger is slower than the drive
+        (turns then lie between samples).
     drop_share, stuck_share
         Share of the rows that are missing, and in which the reading is stuck, 0 to 0.5.
 
@@ -80,6 +102,7 @@ class Stage:
     noise_um: float = 0.01
     noise_ar: float = 0.0
     offset_um: float = 0.0
+    between: Literal["linear", "waveform"] = "linear"
     drop_share: float = 0.0
     stuck_share: float = 0.0
 
@@ -106,6 +129,8 @@ class Stage:
             raise InputError("adc_max_um must be above adc_min_um")
         if self.physics not in ("relays", "slides"):
             raise InputError(f"physics is {self.physics!r}: it must be 'relays' or 'slides'")
+        if self.between not in ("linear", "waveform"):
+            raise InputError(f"between is {self.between!r}: it must be 'linear' or 'waveform'")
 
     @property
     def range_V(self) -> float:
@@ -120,6 +145,12 @@ class Stage:
             self.y_min_um - 0.1 * self.stroke_um if low is None else low,
             self.y_min_um + 1.25 * self.stroke_um if high is None else high,
         )
+
+    @property
+    def adc_step_um(self) -> float:
+        """Step of the sensor's converter, um; of one of 16 bits where it is not quantised."""
+        low, high = self.reading_um
+        return float((high - low) / (2 ** (self.adc_bits or 16) - 1))
 
 
 def load_stage(path: Path) -> Stage:
@@ -159,9 +190,18 @@ def load_library() -> tuple[Any, Any]:
     if not _LIBRARY.exists():
         raise InputError(f"{_LIBRARY} is missing: run `make` in the project's folder first")
     ffi = cffi.FFI()
-    header = (_HEADERS / "hysteresis.h").read_text(encoding="utf-8")
-    ffi.cdef("\n".join(line for line in header.splitlines() if not line.startswith("#")))
+    for name in ("hysteresis.h", "path.h"):
+        header = (_HEADERS / name).read_text(encoding="utf-8")
+        ffi.cdef("\n".join(line for line in header.splitlines() if not line.startswith("#")))
     return ffi, ffi.dlopen(str(_LIBRARY))
+
+
+def _array(values: ArrayLike) -> Floats:
+    return np.ascontiguousarray(values, np.float64).reshape(-1)
+
+
+def _pointer(array: Floats) -> Any:
+    return load_library()[0].from_buffer("double[]", array)
 
 
 class Hysteresis:
@@ -171,44 +211,44 @@ class Hysteresis:
     ----------
     stage
         Its range, stroke, loop width and kind of physics are used.
+    effects
+        Asymmetry and non-Masing densities, for which the relays are taken.
     """
 
-    def __init__(self, stage: Stage) -> None:
-        self._ffi, self._lib = load_library()
+    def __init__(self, stage: Stage, effects: Effects = _NO_EFFECTS) -> None:
+        ffi, self._lib = load_library()
         n = stage.elements
         cell = stage.range_V / n
         loss, slope = _loss(stage)
-        if stage.physics == "slides":
-            reach = self._array((np.arange(n) + 0.5) * cell / 2.0)
+        bent = effects.density_odd or effects.density_even or effects.density_core
+        if stage.physics == "slides" and not bent:
+            reach = _array((np.arange(n) + 0.5) * cell / 2.0)
             made = self._lib.hysteresis_new_slides(
-                n, self._pointer(reach), self._pointer(loss), slope + loss.sum()
+                n, _pointer(reach), _pointer(loss), slope + loss.sum()
             )
         else:
             beyond = int(np.ceil(_MARGIN_SHARE * n))
-            levels = n + 2 * beyond
-            weight = self._array(_relay_weights(loss * cell, levels))
+            weight = _array(_relay_weights(loss * cell, n, beyond, effects))
             low = stage.u_min_V - beyond * cell
-            made = self._lib.hysteresis_new_relays(low, cell, levels, self._pointer(weight), slope)
-        if made == self._ffi.NULL:
+            made = self._lib.hysteresis_new_relays(
+                low, cell, n + 2 * beyond, _pointer(weight), slope
+            )
+        if made == ffi.NULL:
             raise MemoryError("hysteresis")
-        self._handle = self._ffi.gc(made, self._lib.hysteresis_free)
+        self._handle = ffi.gc(made, self._lib.hysteresis_free)
         self._shift_um = 0.0
         self._shift_um = stage.y_min_um - float(self.run([stage.u_max_V, stage.u_min_V])[1])
 
-    def run(self, u_V: ArrayLike) -> Floats:
-        """Displacement in um, shape (n,), for a drive in V, shape (n,); the state goes on."""
-        u = self._array(u_V)
+    def run(self, u_V: ArrayLike, widen_V: Floats | None = None) -> Floats:
+        """Displacement in um, shape (n,), for a drive in V, shape (n,); the state goes on.
+
+        widen_V, shape (n,), V: how much later elements switch in both directions.
+        """
+        u = _array(u_V)
         y = np.empty_like(u)
-        self._lib.hysteresis_run(
-            self._handle, self._pointer(u), self._ffi.NULL, self._pointer(y), u.size
-        )
+        widen = load_library()[0].NULL if widen_V is None else _pointer(_array(widen_V))
+        self._lib.hysteresis_run(self._handle, _pointer(u), widen, _pointer(y), u.size)
         return y + self._shift_um
-
-    def _array(self, values: ArrayLike) -> Floats:
-        return np.ascontiguousarray(values, np.float64).reshape(-1)
-
-    def _pointer(self, array: Floats) -> Any:
-        return self._ffi.from_buffer("double[]", array)
 
 
 def _loss(stage: Stage) -> tuple[Floats, float]:
@@ -235,16 +275,27 @@ def _loss(stage: Stage) -> tuple[Floats, float]:
     return loss, slope
 
 
-def _relay_weights(loss_um: Floats, levels: int) -> Floats:
-    """Weights of a grid, shape (levels, levels), that depend on the relay's width alone.
+def _relay_weights(loss_um: Floats, n: int, beyond: int, effects: Effects) -> Floats:
+    """Weights of a grid, shape (levels, levels), for n levels in the range and some beyond.
 
-    A relay of k cells stands for the widths within half a cell; the narrowest for half of that.
+    They depend on the relay's width alone - Madelung's rules then hold -, but for what the
+    effects' densities add. A relay of k cells stands for the widths within half a cell; the
+    narrowest for half of that.
     """
     halves = np.append(loss_um, 0.0) / 2.0
-    by_width = np.zeros(levels)
+    by_width = np.zeros(n + 2 * beyond)
     by_width[: halves.size] = halves + np.insert(halves[:-1], 0, 0.0)
-    i, j = np.indices((levels, levels))
-    return np.where(j <= i, by_width[np.abs(i - j)], 0.0)
+    i, j = np.indices((by_width.size, by_width.size))
+    weights = np.where(j <= i, by_width[np.abs(i - j)], 0.0)
+    middle = np.clip((i + j + 1 - 2 * beyond) / n - 1.0, -1.0, 1.0)
+    width = (i - j) / n
+    density = (
+        1.0
+        + effects.density_odd * np.tanh(2.0 * middle)
+        + effects.density_even * np.cos(np.pi * middle)
+        + effects.density_core * np.exp(-(middle**2 + width**2) / (2.0 * 0.4**2))
+    )
+    return np.asarray(weights * np.maximum(density, 0.0))
 
 
 def quantise(values: Floats, low: float, high: float, bits: int) -> Floats:
@@ -256,11 +307,19 @@ def quantise(values: Floats, low: float, high: float, bits: int) -> Floats:
     return np.asarray(low + step * np.rint((inside - low) / step))
 
 
-def simulate(stage: Stage, command: Command, seed: int = 0) -> Record:
+def simulate(
+    stage: Stage, command: Command, seed: int = 0, effects: Effects | None = None
+) -> Record:
     """A record of a stage that follows a command.
 
     The record's u is what the converter was told, rounded to its codes. The stage rests at the
     first voltage, reached from u_min without a turn. The same arguments give the same record.
+
+    Parameters
+    ----------
+    effects
+        The whole signal path is simulated in fine steps. None: hysteresis alone, which needs no
+        steps between samples.
 
     Raises
     ------
@@ -269,8 +328,10 @@ def simulate(stage: Stage, command: Command, seed: int = 0) -> Record:
     """
     t = command.time_s
     u = drive(stage, command, t)
-    y = Hysteresis(stage).run(u)
-    return measure(stage, t, u, y, seed)
+    if effects is None:
+        return measure(stage, t, u, Hysteresis(stage).run(u), seed)
+    shown = _shown(stage, effects, command, seed)
+    return measure(stage, t, u, shown, seed, int(effects.stuck_bit))
 
 
 def drive(stage: Stage, command: Command, t_s: Floats) -> Floats:
@@ -284,11 +345,145 @@ def drive(stage: Stage, command: Command, t_s: Floats) -> Floats:
     return quantise(command.at(t_s), stage.u_min_V, stage.u_max_V, stage.dac_bits)
 
 
-def measure(stage: Stage, t_s: Floats, u_V: Floats, y_um: Floats, seed: int) -> Record:
-    """The record that the sensor, its converter and the logger make of a displacement in um."""
+def _displacement(stage: Stage, effects: Effects, command: Command) -> tuple[Floats, float]:
+    """True displacement at the samples, shape (samples,), and at rest at u_min; um.
+
+    Steps lie on the actuator's clock, which the record's clock is off by the skew: every n-th
+    step is a sample.
+    """
+    fine_hz = max(_FINE_HZ, _STEPS_PER_PERIOD * effects.fastest_hz)
+    every = max(1, int(np.ceil(fine_hz / command.rate_hz)))
+    step_s = (1.0 + 1e-6 * effects.skew_ppm) / (command.rate_hz * every)
+    t = np.asarray(np.arange((command.samples - 1) * every + 1) * step_s, np.float64)
+    u = _amplified(effects, _told(stage, command, t - effects.delay_s), step_s)
+    rate = _low_pass(np.gradient(u, step_s), step_s / _VELOCITY_TAU_S)
+    rate[0] = 0.0
+    h, rest_um = _hysteresis(stage, effects, u, rate)
+    y = _mechanics(effects, _crept(effects, h - rest_um, step_s), step_s)
+    if effects.heating_um:
+        power = 2.0 * np.abs(rate) * (u - stage.u_min_V) / stage.range_V
+        power[0] = 0.0
+        warm = _low_pass(power / effects.reference_V_per_s, step_s / _HEATING_TAU_S)
+        y += effects.heating_um * warm
+    return y[::every] + rest_um, rest_um
+
+
+def _told(stage: Stage, command: Command, t_s: Floats) -> Floats:
+    """The drive at any times, V; before the record it rests."""
+    if stage.between == "waveform":
+        return drive(stage, command, np.maximum(t_s, 0.0))
+    samples = np.arange(int(np.ceil(t_s[-1] * command.rate_hz)) + 2) / command.rate_hz
+    return np.interp(t_s, samples, drive(stage, command, samples))
+
+
+def _low_pass(signal: Floats, rate: float) -> Floats:
+    """One pole; rate is the step over its time constant."""
+    out = _array(signal).copy()
+    load_library()[1].path_lag(_pointer(out), out.size, rate)
+    return out
+
+
+def _saturated(effects: Effects, u_V: Floats) -> Floats:
+    """Clipped drive; a soft knee bends like tanh from knee_V below the limit on."""
+    knee = effects.knee_V
+
+    def soft(u: Floats, limit: float) -> Floats:
+        if not (knee > 0.0 and np.isfinite(limit)):
+            return np.minimum(u, limit)
+        over = np.maximum(u - (limit - knee), 0.0)
+        return np.asarray(u - over + knee * np.tanh(over / knee))
+
+    return -soft(-soft(u_V, effects.high_V), -effects.low_V)
+
+
+def _amplified(effects: Effects, u_V: Floats, step_s: float) -> Floats:
+    lib = load_library()[1]
+    u = _array(_saturated(effects, u_V)).copy()
+    if np.isfinite(effects.slew_V_per_s):
+        lib.path_slew(_pointer(u), u.size, effects.slew_V_per_s * step_s)
+    if np.isfinite(effects.corner_hz):
+        u = _low_pass(u, 2.0 * np.pi * effects.corner_hz * step_s)
+    return u
+
+
+def _hysteresis(
+    stage: Stage, effects: Effects, u_V: Floats, rate_V_per_s: Floats
+) -> tuple[Floats, float]:
+    """Displacement behind the hysteresis box, and at rest at u_min; um."""
+    relative = np.abs(rate_V_per_s) / effects.reference_V_per_s
+    hysteresis = Hysteresis(stage, effects)
+
+    def bow(u: Floats) -> Floats:
+        return effects.bow_um * np.sin(np.pi * (u - stage.u_min_V) / stage.range_V)
+
+    ends = _saturated(effects, np.array([stage.u_max_V, stage.u_min_V]))
+    rest_um = float((hysteresis.run(ends) + bow(ends))[1])
+    if np.isfinite(effects.start_peak_V):
+        hysteresis.run(_saturated(effects, np.array([effects.start_peak_V])))
+    widen = effects.widen_V * relative**effects.widen_power if effects.widen_V else None
+    y = hysteresis.run(u_V, widen) + bow(u_V)
+    if effects.damping_um:
+        lag = np.arcsinh(10.0 * relative) / np.arcsinh(10.0)
+        y -= np.asarray(effects.damping_um * np.sign(rate_V_per_s) * lag, np.float64)
+    return y, rest_um
+
+
+def _crept(effects: Effects, h_um: Floats, step_s: float) -> Floats:
+    if not effects.creep_per_decade:
+        return h_um
+    tau = _CREEP_TAU_S
+    gain = tau**effects.creep_tilt
+    gain *= effects.creep_per_decade / np.sum(gain * (np.exp(-1.0 / tau) - np.exp(-10.0 / tau)))
+    moved = np.zeros_like(h_um)
+    for one_tau, one_gain in zip(tau, gain, strict=True):
+        load_library()[1].path_creep(
+            _pointer(h_um), _pointer(moved), h_um.size, one_tau / step_s, one_gain
+        )
+    return h_um + moved
+
+
+def _mechanics(effects: Effects, y_um: Floats, step_s: float) -> Floats:
+    lib = load_library()[1]
+    moved = np.zeros_like(y_um)
+    for (fn_hz, share), zeta in zip(effects.modes_hz, (effects.zeta, effects.zeta2), strict=True):
+        if share:
+            rate = 2.0 * np.pi * fn_hz * step_s
+            lib.path_mode(_pointer(y_um), _pointer(moved), y_um.size, rate, zeta, share)
+    y = y_um + moved
+    if effects.dead_band_um:
+        lib.path_backlash(_pointer(y), y.size, effects.dead_band_um)
+    return y
+
+
+def _shown(stage: Stage, effects: Effects, command: Command, seed: int) -> Floats:
+    """What the sensor shows before noise and converter; um, shape (samples,)."""
+    t_s = command.time_s
+    y_um, rest_um = _displacement(stage, effects, command)
+    rng = np.random.default_rng([seed, 5])
+    y = effects.gain * (y_um - rest_um) + rest_um + effects.offset_um
+    y += effects.drift_um_per_s * t_s - effects.drift_um * np.expm1(-t_s / effects.drift_tau_s)
+    cycles = 2.0 * np.pi * effects.freq_hz * t_s
+    phase = rng.uniform(0.0, 2.0 * np.pi, 2)
+    y += effects.amp_um * np.sin(cycles + phase[0])
+    y += effects.harmonic_um * np.sin(2.0 * cycles + phase[1])
+    paces = rng.standard_normal(t_s.size) * np.sqrt(t_s[1] / 10.0)
+    y += effects.walk_um * np.cumsum(paces)
+    hit = rng.uniform(size=t_s.size) < 1.0 / 200.0
+    y += effects.impulse_um * hit * rng.standard_normal(t_s.size)
+    return y + effects.fringe_um * np.sin(2.0 * np.pi * y_um / effects.fringe_period_um)
+
+
+def measure(
+    stage: Stage, t_s: Floats, u_V: Floats, y_um: Floats, seed: int, stuck_bit: int = -1
+) -> Record:
+    """The record that noise, converter and logger make of what the sensor shows, um."""
     rate_hz = 1.0 / (t_s[1] - t_s[0])
     noise = stage.noise_um * _noise(t_s.size, stage.noise_ar ** (_NOISE_HZ / rate_hz), seed)
-    reading = quantise(y_um + noise + stage.offset_um, *stage.reading_um, stage.adc_bits)
+    low, high = stage.reading_um
+    reading = quantise(y_um + noise + stage.offset_um, low, high, stage.adc_bits)
+    if stuck_bit >= 0:
+        code = np.rint((reading - low) / stage.adc_step_um).astype(np.int64) | (1 << stuck_bit)
+        reading = np.asarray(low + stage.adc_step_um * code, np.float64)
     reading = reading[_held_from(t_s.size, stage.stuck_share, seed)]
     kept = np.random.default_rng([seed, 4]).uniform(size=t_s.size) >= stage.drop_share
     kept[0] = True
@@ -315,3 +510,154 @@ def _held_from(n: int, share: float, seed: int) -> NDArray[np.int64]:
     own = np.arange(n)
     last = np.maximum.accumulate(np.where(starts, own, -_STUCK_SAMPLES))
     return np.where(own - last < _STUCK_SAMPLES, np.maximum(last, 0), own)
+
+
+def make_case(
+    directory: Path,
+    effects: dict[str, float | Parameters] | None = None,
+    seed: int = 0,
+    campaign: Campaign | str = Campaign.RICH,
+    stage: Stage | None = None,
+    every: Commands | None = None,
+) -> dict[str, Any]:
+    """Write a case for `madelung diagnose` (contract: diagnose.md) and give its labels.
+
+    Parameters
+    ----------
+    directory
+        The case; it must not exist yet. Nothing in it tells the cause.
+    effects
+        Effect to its strength (1: ordinary size; 0.1: a tenth) or to its parameters; see
+        `sim_effects.EFFECTS` and `sim_effects.Effects`. None: there is nothing to find.
+    seed
+        Decides the stage (where it is not given), the records, sizes and noise. The records do
+        not depend on the effects.
+    campaign, every
+        What is recorded: a campaign, or commands by record name (``identify``, ``train/...``,
+        ``holdout/...``).
+    stage
+        The stage; None: one of several ranges, strokes, loop widths, of either physics.
+
+    Returns
+    -------
+    ``effects`` and ``outside`` (names), ``parameters`` (effect to parameters), ``deviation_um``
+    (record to the rms by which all effects together change the reading), ``noise_um``, ``seed``.
+
+    Raises
+    ------
+    InputError
+        The directory exists, or an effect is not known.
+    """
+    if directory.exists():
+        raise InputError(f"{directory}: exists already; name a new folder")
+    stage = _random_stage(np.random.default_rng([seed, 10])) if stage is None else stage
+    if every is None:
+        record_rng = np.random.default_rng([seed, 11])
+        every = commands(Campaign(campaign), stage.u_min_V, stage.u_max_V, record_rng)
+    chosen, drawn = draw_effects(
+        effects or {}, np.random.default_rng([seed, 12]), _scene(stage, every)
+    )
+    try:
+        part = Path(tempfile.mkdtemp(prefix=f".{directory.name}.", dir=directory.parent))
+    except OSError as error:
+        raise InputError(f"{directory}: cannot be written: {error.strerror}") from error
+    try:
+        deviation = _write_case(part, stage, every, chosen, seed)
+        part.chmod(0o755)
+        part.rename(directory)
+    finally:
+        shutil.rmtree(part, ignore_errors=True)
+    return {
+        "effects": [name for name in drawn if name in VOCABULARY],
+        "outside": [name for name in drawn if name in OUTSIDE],
+        "parameters": drawn,
+        "deviation_um": deviation,
+        "noise_um": stage.noise_um,
+        "seed": seed,
+    }
+
+
+def _write_case(
+    directory: Path, stage: Stage, every: Commands, effects: Effects, seed: int
+) -> dict[str, float]:
+    """Write the files of a case; record to the rms by which the effects change it, um."""
+    device = {
+        "device": "simulated piezo stage",
+        "u_min_V": stage.u_min_V,
+        "u_max_V": stage.u_max_V,
+        "y_unit": "um",
+        "adc_bits": stage.adc_bits,
+        "dac_bits": stage.dac_bits,
+    }
+    (directory / "case.json").write_text(json.dumps(device, indent=1) + "\n", encoding="utf-8")
+    deviation = {}
+    for index, (name, command) in enumerate(every.items()):
+        acting = effects.at_identification() if name == "identify" else effects
+        own_seed = int(np.random.SeedSequence([seed, 13, index]).generate_state(1)[0])
+        t = command.time_s
+        u = drive(stage, command, t)
+        shown = _shown(stage, acting, command, own_seed)
+        record = measure(stage, t, u, shown, own_seed, int(acting.stuck_bit))
+        path = directory / f"{name}.csv"
+        path.parent.mkdir(exist_ok=True)
+        write_record(path, record)
+        plain = measure(stage, t, u, Hysteresis(stage).run(u), own_seed)
+        assert record.y is not None and plain.y is not None
+        deviation[name] = float(np.std(record.y - plain.y))
+    return deviation
+
+
+def _random_stage(rng: np.random.Generator) -> Stage:
+    u_min, u_max = ((0.0, 40.0), (0.0, 100.0), (-20.0, 130.0), (-10.0, 60.0))[rng.integers(4)]
+    stroke = rng.uniform(15.0, 60.0)
+    return Stage(
+        u_min,
+        u_max,
+        stroke,
+        rng.uniform(0.10, 0.15),
+        y_min_um=rng.uniform(0.0, 5.0),
+        physics="relays" if rng.uniform() < 0.5 else "slides",
+        noise_um=rng.uniform(2e-4, 5e-4) * stroke,
+        adc_min_um=-0.4 * stroke,
+        adc_max_um=1.6 * stroke,
+    )
+
+
+def _scene(stage: Stage, every: Commands) -> Scene:
+    unit = {
+        "density_odd": _asymmetry_um(stage, Effects(density_odd=0.5)),
+        "density_even": _non_masing_um(stage, Effects(density_even=0.5)),
+        "density_core": _non_masing_um(stage, Effects(density_core=0.5)),
+    }
+    return Scene(
+        stage.u_min_V,
+        stage.u_max_V,
+        stage.stroke_um,
+        1.0 - _loss(stage)[1] * stage.range_V / stage.stroke_um,
+        fast_V_per_s(every),
+        bias_V(every),
+        {name: size / 0.5 for name, size in unit.items()},
+        stage.adc_step_um,
+    )
+
+
+def _asymmetry_um(stage: Stage, effects: Effects) -> float:
+    """By how much the major loop deviates from its central mirror at most, halved; um."""
+    u = np.linspace(stage.u_min_V, stage.u_max_V, 201)
+    hysteresis = Hysteresis(stage, effects)
+    up, down = hysteresis.run(u), hysteresis.run(u[::-1])
+    return float(np.abs(up + down - up[0] - up[-1]).max() / 2.0)
+
+
+def _non_masing_um(stage: Stage, effects: Effects) -> float:
+    """By how much a rise from any voltage deviates from the rise from u_min at most; um."""
+    u = np.linspace(stage.u_min_V, stage.u_max_V, 201)
+    major = Hysteresis(stage, effects).run(u)
+    worst = 0.0
+    for first in range(20, 181, 20):
+        hysteresis = Hysteresis(stage, effects)
+        hysteresis.run(u[[200, first]])
+        branch = hysteresis.run(u[first:])
+        off = branch - branch[0] - (major[: branch.size] - major[0])
+        worst = max(worst, float(np.abs(off).max()))
+    return worst
