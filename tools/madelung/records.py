@@ -28,7 +28,7 @@ TIME_RESOLUTION_S = 1e-6
 FLAT_SAMPLES = 5
 """So many equal values of y in a row, while u moves on, are stuck or clipped."""
 FLAT_SHARE = 0.02
-"""u must have moved by this share of its range over them."""
+"""u must have moved by this share of its range over them, a quarter of it before it turned."""
 
 _SCALE = {
     "t": {"s": 1.0, "ms": 1e-3},
@@ -325,8 +325,9 @@ def _flat(u: Floats, y: Floats) -> Iterator[Fault]:
     rise = np.maximum.reduceat(u, bounds)[::2] - u[first]
     fall = u[first] - np.minimum.reduceat(u, bounds)[::2]
     before = np.where(first > 0, u[first] - u[first - 1], u[last] - u[first])
-    moved = np.where(before > 0.0, rise, np.where(before < 0.0, fall, 0.0))
-    for i in np.flatnonzero(moved > FLAT_SHARE * np.ptp(u)):
+    on = np.where(before > 0.0, rise, np.where(before < 0.0, fall, 0.0)) / np.ptp(u)
+    whole = (rise + fall) / np.ptp(u)
+    for i in np.flatnonzero((on > FLAT_SHARE / 4) & (whole > FLAT_SHARE)):
         at_end = y[first[i]] in (y.min(), y.max())
         yield Fault("clipped" if at_end else "stuck", int(first[i]), int(last[i]))
 
