@@ -59,6 +59,7 @@ typedef struct {
     uint32_t compute_clocks;        /**< in: what the computation of one sample takes */
     uint64_t clock;                 /**< processor clocks since reset */
     uint64_t started;               /**< clock when the trigger began to run, 0: it does not */
+    uint32_t accesses_of_set_up;    /**< accesses until then */
     uint32_t accesses;              /**< reads and writes of registers */
     uint32_t triggers, conversions, interrupts; /**< conversions that began */
     uint16_t pin;                               /**< level of GPIO32; 2 before it is an output */

@@ -11,13 +11,11 @@ CFLAGS := -O1 -g -ffp-contract=off -fsanitize=address,undefined,float-cast-overf
 CORE := $(wildcard firmware/core/*.c) firmware/app/mdl_params.c
 BOARD := $(CORE) firmware/app/mdl_app.c host_sim/board/fake_f28335.c \
 	$(wildcard firmware/bsp_f28335/*.c)
-HEADERS := $(wildcard firmware/*/*.h host_sim/board/*.h $(HERE)/support/*.h) firmware/app/main.c
+HEADERS := $(wildcard firmware/*/*.h host_sim/board/*.h $(HERE)/support/*) firmware/app/main.c
 
 TESTS := test_app test_f28335_setup test_f28335_samples test_f28335_bus_0 test_f28335_bus_6 \
 	test_f28335_bus_7
 SOURCES_test_app := $(CORE) firmware/app/mdl_app.c $(HERE)/support/fake_hal.c
-SOURCES_test_f28335 := $(BOARD)
-FLAGS_test_f28335 := -DMDL_FAKE_REGISTERS
 BUS := -DMDL_FAKE_REGISTERS -DF28335_DAC_XINTF -DF28335_XINTF_ZONE
 
 .PHONY: all $(TESTS)

@@ -1,5 +1,5 @@
 /* The alternative DAC on the external bus; built once for each zone. */
-#include "board_run.h"
+#include "board_run.c"
 
 #include <string.h>
 

@@ -1,9 +1,5 @@
-/**
- * @file board_run.h
- * @brief The whole program of the F28335 on the fake register file; for one test file each.
- */
-#ifndef BOARD_RUN_H
-#define BOARD_RUN_H
+/* The whole program of the F28335 on the fake register file. Included, so that the test sees what
+ * main.c keeps to itself. */
 
 #include "f28335.h"
 #include "fake_f28335.h"
@@ -11,7 +7,7 @@
 
 int firmware_main(void);
 #define main firmware_main
-#include "main.c" /* the test sees app and record */
+#include "main.c"
 #undef main
 
 #define PERIOD 15000u /* clocks at 10 kHz */
@@ -26,5 +22,3 @@ static inline int run_samples(uint32_t n)
 /* Fails with the first rule of the silicon that was broken. */
 #define ASSERT_NO_VIOLATION()                                                                      \
     TEST_ASSERT_EQUAL_STRING("none", fake.violation == NULL ? "none" : fake.violation)
-
-#endif
