@@ -66,13 +66,10 @@ static mdl_status start(mdl_chain *chain, mdl_real u)
 {
     const mdl_chain_params *p = chain->params;
     uint16_t i;
-    mdl_status status = MDL_OK;
+    mdl_status status;
     mdl_real v = saturated(chain, u);
     mdl_real y = MDL_C(0.0);
     status = mdl_traj_step(&chain->traj, v - p->u_min_volts, &y);
-    if (status < 0) {
-        return status;
-    }
     chain->at.u_volts = u;
     chain->at.slewed_volts = v;
     chain->at.drive_volts = v;
@@ -167,7 +164,7 @@ mdl_status mdl_chain_step(mdl_chain *chain, mdl_real u_volts, mdl_real *y_um)
     if (p->blocks == 0) {
         return mdl_traj_step(&chain->traj, u_volts - p->u_min_volts, y_um);
     }
-    if (!mdl_is_finite(u_volts)) {
+    if (!mdl_is_finite(u_volts - p->u_min_volts)) {
         *y_um = chain->at.target_um;
         return MDL_ERR_NOT_FINITE;
     }

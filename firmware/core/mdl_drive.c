@@ -17,6 +17,9 @@ mdl_real mdl_saturation(const mdl_saturation_params *params, mdl_real u_volts)
     if (!(knee > MDL_C(0.0))) {
         return clamp(u_volts, params->low_volts, params->high_volts);
     }
+    /* 20 knees away the result is the limit itself; without this a huge command would overflow. */
+    u_volts = clamp(u_volts, params->low_volts - MDL_C(20.0) * knee,
+                    params->high_volts + MDL_C(20.0) * knee);
     per_knee = MDL_C(1.0) / knee;
     return u_volts + knee * (mdl_softplus((params->low_volts - u_volts) * per_knee) -
                              mdl_softplus((u_volts - params->high_volts) * per_knee));

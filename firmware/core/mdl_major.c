@@ -25,6 +25,18 @@ static int starts_at_zero_and_ascends(const mdl_real *x, uint16_t count)
     return 1;
 }
 
+/* A tiny step in x, or huge values, would give a slope of infinity, and NaN at the breakpoint. */
+static int slopes_are_finite(const mdl_real *x, const mdl_real *y, uint16_t count)
+{
+    uint16_t i;
+    for (i = 1; i < count; i++) {
+        if (!mdl_is_finite((y[i] - y[i - 1]) / (x[i] - x[i - 1]))) {
+            return 0;
+        }
+    }
+    return 1;
+}
+
 mdl_status mdl_major_init_polynomial(mdl_major *major, mdl_real range_volts, const mdl_real *c,
                                      uint16_t degree)
 {
@@ -63,7 +75,7 @@ mdl_status mdl_major_init_breakpoints(mdl_major *major, const mdl_real *x_volts,
     if (!all_finite(x_volts, count) || !all_finite(y_um, count)) {
         return MDL_ERR_NOT_FINITE;
     }
-    if (!starts_at_zero_and_ascends(x_volts, count)) {
+    if (!starts_at_zero_and_ascends(x_volts, count) || !slopes_are_finite(x_volts, y_um, count)) {
         return MDL_ERR_PARAMETER;
     }
     major->kind = MDL_PIECEWISE_LINEAR;

@@ -39,7 +39,8 @@ mdl_status mdl_major_init_polynomial(mdl_major *major, mdl_real range_volts, con
  * Sets f0 to the broken line through (x_volts[i], y_um[i]); the last slope is continued beyond.
  * @param count  2 to MDL_BREAKPOINTS_MAX; x_volts[0] = 0, strictly ascending; the last x is the
  *               identified range
- * @return MDL_OK, MDL_ERR_PARAMETER, MDL_ERR_CAPACITY, MDL_ERR_NOT_FINITE
+ * @return MDL_OK; MDL_ERR_PARAMETER, also for a slope that overflows; MDL_ERR_CAPACITY,
+ *         MDL_ERR_NOT_FINITE
  */
 mdl_status mdl_major_init_breakpoints(mdl_major *major, const mdl_real *x_volts,
                                       const mdl_real *y_um, uint16_t count);

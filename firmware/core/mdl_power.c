@@ -8,7 +8,7 @@ mdl_real mdl_exp2(mdl_real x)
     x = x < MDL_C(-120.0) ? MDL_C(-120.0) : x;
     x = x > MDL_C(120.0) ? MDL_C(120.0) : x;
     n = (int)(x < MDL_C(0.0) ? x - MDL_C(0.5) : x + MDL_C(0.5));
-    /* Taylor's series of e^f; |f| <= ln(2) / 2, the first omitted term is 2e-9. */
+    /* Taylor's series of e^f; |f| <= ln(2) / 2, the first omitted term is 5e-9. */
     f = (x - (mdl_real)n) * MDL_C(0.69314718055994531);
     y = MDL_C(1.0) / MDL_C(5040.0);
     y = y * f + MDL_C(1.0) / MDL_C(720.0);
