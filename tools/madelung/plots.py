@@ -152,7 +152,7 @@ def _figure() -> Figure:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(11, 7.5), dpi=110, layout="constrained")
+    figure = Figure(figsize=(11, 7.5), dpi=90, layout="constrained")
     FigureCanvasAgg(figure)
     return figure
 
@@ -161,4 +161,6 @@ def _save(path: Path, figure: Figure) -> None:
     if path.suffix.lower() != ".png":
         raise InputError(f"{path}: pictures are PNG: give a name that ends in .png")
     with replacing(path) as part:
-        figure.savefig(part, format="png", metadata={"Software": None})
+        figure.savefig(
+            part, format="png", metadata={"Software": None}, pil_kwargs={"optimize": True}
+        )
