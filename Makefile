@@ -41,12 +41,12 @@ $(LIB)/libstage.so: $(wildcard host_sim/*.[ch])
 	$(CC) -O3 -fPIC -ffp-contract=off $(WARN) -shared -o $@ $(wildcard host_sim/*.c) -lm
 
 # Tests are run in stages, see tools/run_stages.sh; to add one, add its target here.
-TEST_STAGES := test-unit coverage test-python
+TEST_STAGES := test-unit test-firmware coverage test-python
 UNIT_VARIANTS := f32-256-asan f32-4096-asan f32-65536-asan f64-256-asan f64-4096-asan \
 	f64-65536-asan f32-4096-fast f64-65536-fast
 UNIT := $(MAKE) --no-print-directory -j2 -k -f tests/unit/unit.mk
 
-.PHONY: test test-unit coverage test-python ceedling lint
+.PHONY: test test-unit test-firmware coverage test-python ceedling lint
 test: all ## run every test; the last line counts them
 	@tools/run_stages.sh $(TEST_STAGES)
 
@@ -54,6 +54,11 @@ test-unit: ## run the unit tests of firmware/core in every variant
 	@tools/apt.sh gcc libc6-dev
 	@tools/unity.sh
 	@code=0; for v in $(UNIT_VARIANTS); do $(UNIT) VARIANT=$$v || code=1; done; exit $$code
+
+test-firmware: ## run the interrupt loop and the F28335's sources on a fake HAL and fake registers
+	@tools/apt.sh gcc libc6-dev
+	@tools/unity.sh
+	@$(MAKE) --no-print-directory -j2 -k -f tests/unit/firmware/firmware.mk
 
 coverage: .venv/.done ## print the line coverage of firmware/core; fails below 100 %
 	@tools/unity.sh
@@ -70,3 +75,18 @@ ceedling: ## run the same unit tests with Ceedling
 
 lint: all ## check formatting, warnings, types and portability
 	@tools/lint.sh
+
+.PHONY: params firmware flash bsp-regs
+MODEL ?= firmware/app/model.json
+params: all ## export MODEL=model.json as the firmware's parameters, firmware/app/mdl_params.[hc]
+	@.venv/bin/madelung export $(MODEL) -o firmware/app
+
+firmware: ## build the F28335's images with TI's compiler: TI_CGT=/path
+	@TI_CGT="$(TI_CGT)" tools/f28335.sh images
+
+flash: ## program the F28335's flash with TI's UniFlash: UNIFLASH=/path CCXML=target.ccxml
+	@UNIFLASH="$(UNIFLASH)" CCXML="$(CCXML)" tools/f28335.sh flash
+
+bsp-regs: ## compare the register tables with TI's headers: C2000WARE_DIR=/path
+	@tools/apt.sh gcc libc6-dev
+	@python3 tools/regs/compare.py "$(C2000WARE_DIR)"

@@ -9,11 +9,13 @@
 #include "mdl_params.h"
 #include "mdl_pin.h"
 
-/* Sections of their own, so that the linker can fill L4-L5 and L6-L7 of the F28335 with them. */
+/* Sections of their own: the linker fills L4-L5 and L6-L7 of the F28335 with left and right, and
+ * has the interrupt run from RAM. */
 #ifdef __TMS320C28XX__
 #pragma DATA_SECTION(left, "mdl_left")
 #pragma DATA_SECTION(right, "mdl_right")
 #pragma DATA_SECTION(record, "mdl_record")
+#pragma CODE_SECTION(mdl_on_sample, ".TI.ramfunc")
 #endif
 static mdl_tp_side left;
 static mdl_tp_side right;

@@ -4,6 +4,10 @@
  */
 #include "mdl_params.h"
 
+#ifdef __TMS320C28XX__
+#pragma DATA_SECTION(mdl_params, "mdl_params") /* the F28335 copies it to RAM */
+#endif
+
 const mdl_app_params mdl_params = {
     .chain = {
         .u_min_volts = 0.0f,
