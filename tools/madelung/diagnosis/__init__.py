@@ -1,0 +1,1 @@
+"""The diagnosis of a sim-to-real gap: case -> gap -> where / which / how far -> report."""

@@ -1,0 +1,267 @@
+"""A case: the records of one device, on a uniform time grid (contract: diagnose.md)."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from madelung.diagnosis.vocabulary import EFFECTS
+from madelung.errors import InputError
+from madelung.model import MARGIN_SHARE
+from madelung.records import Record, read_record
+
+Array = NDArray[np.float64]
+Role = Literal["identify", "train", "holdout"]
+SUFFIXES = (".csv", ".mat", ".h5")
+ROWS_MIN = 100
+GRID_GAP_MAX = 0.5
+"""A record that misses more than this share of its rows is refused."""
+
+
+@dataclass(frozen=True)
+class Trace:
+    """A record on a uniform grid.
+
+    Attributes
+    ----------
+    name, role
+        File stem, and what the record is used for.
+    step_s
+        Sample time.
+    u_V, y_um
+        (n,); bridged linearly where rows are missing.
+    use
+        (n,) bool: rows that are scored and fitted.
+    rows
+        (m,) int: place on the grid of each row of the file.
+    record
+        The record as it was read.
+    running
+        Begins in mid motion: history unknown.
+    """
+
+    name: str
+    role: Role
+    step_s: float
+    u_V: Array
+    y_um: Array
+    use: NDArray[np.bool_]
+    rows: NDArray[np.int64]
+    record: Record
+    running: bool = False
+    u_meas_V: Array | None = None
+
+    @property
+    def t_s(self) -> Array:
+        """Time since the record's start, s, (n,)."""
+        return np.arange(self.u_V.size) * self.step_s
+
+    def head(self, n: int) -> Trace:
+        """The first n grid points."""
+        meas = None if self.u_meas_V is None else self.u_meas_V[:n]
+        return replace(self, u_V=self.u_V[:n], y_um=self.y_um[:n], use=self.use[:n], u_meas_V=meas)
+
+
+@dataclass(frozen=True)
+class Case:
+    """What `load_case` read."""
+
+    device: str
+    u_min_V: float
+    u_max_V: float
+    identify: Trace
+    train: tuple[Trace, ...]
+    holdout: tuple[Trace, ...]
+    set_aside: tuple[str, ...]
+    """Train records that serve as hold-out because the case has none."""
+    known: dict[str, float]
+    exclude: frozenset[str]
+    faults: list[dict[str, Any]]
+    warnings: list[str]
+
+    @property
+    def range_V(self) -> float:
+        """u_max - u_min."""
+        return self.u_max_V - self.u_min_V
+
+
+def load_case(folder: Path) -> Case:
+    """Read a case folder.
+
+    Raises
+    ------
+    InputError
+        Something of the contract is missing or wrong: file, row, what to do.
+    """
+    head = _head(folder / "case.json")
+    running = set(head["running"])
+    identify = _trace(_only(folder, "identify"), "identify", head, running)
+    train = [_trace(p, "train", head, running) for p in _records(folder / "train")]
+    if not train:
+        raise InputError(f"{folder / 'train'}: holds no record; at least one is needed")
+    holdout = [_trace(p, "holdout", head, running) for p in _records(folder / "holdout")]
+    aside: tuple[str, ...] = ()
+    if not holdout and len(train) > 1:
+        holdout = [replace(t, role="holdout") for t in train[-max(1, len(train) // 4) :]]
+        aside = tuple(t.name for t in holdout)
+        train = [t for t in train if t.name not in aside]
+    traces = [identify, *train, *holdout]
+    faults = [f for t in traces for f in _faults(t)]
+    warnings = [w for t in traces for w in t.record.warnings()]
+    unknown = running - {t.name for t in traces}
+    if unknown:
+        raise InputError(f"{folder / 'case.json'}: running names no record: {sorted(unknown)[0]}")
+    return Case(
+        head["device"],
+        head["u_min_V"],
+        head["u_max_V"],
+        identify,
+        tuple(train),
+        tuple(holdout),
+        aside,
+        head["known"],
+        frozenset(head["exclude"]),
+        faults,
+        warnings,
+    )
+
+
+def _head(path: Path) -> dict[str, Any]:
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from error
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path}: is not a JSON file: {error}") from error
+    if not isinstance(data, dict):
+        raise InputError(f"{path}: must hold a JSON object")
+    low, high = data.get("u_min_V"), data.get("u_max_V")
+    if not _is_number(low) or not _is_number(high) or not float(low) < float(high):  # type: ignore[arg-type]
+        raise InputError(f"{path}: u_min_V and u_max_V must be numbers, u_min_V below u_max_V")
+    if data.get("y_unit", "um") != "um":
+        raise InputError(f"{path}: y_unit is {data['y_unit']!r}, only 'um' is possible")
+    names = data.get("running", [])
+    exclude = data.get("exclude", [])
+    known = data.get("known", {})
+    if not _is_strings(names) or not _is_strings(exclude):
+        raise InputError(f"{path}: running and exclude must be lists of names")
+    wrong = [e for e in exclude if e not in EFFECTS]
+    if wrong:
+        raise InputError(f"{path}: exclude names no effect: {wrong[0]!r}")
+    if not isinstance(known, dict) or not all(_is_number(v) for v in known.values()):
+        raise InputError(f"{path}: known must map parameter keys to numbers")
+    keys = {k for effect in EFFECTS.values() for k in effect.keys}
+    for key in known:
+        if key not in keys:
+            raise InputError(f"{path}: known has no parameter {key!r}; possible: {sorted(keys)}")
+    return {
+        "device": str(data.get("device", folder_name(path))),
+        "u_min_V": float(low),  # type: ignore[arg-type]
+        "u_max_V": float(high),  # type: ignore[arg-type]
+        "running": [Path(n).stem for n in names],
+        "exclude": exclude,
+        "known": {k: float(v) for k, v in known.items()},
+    }
+
+
+def folder_name(path: Path) -> str:
+    """Name of the folder that holds a file."""
+    return path.resolve().parent.name
+
+
+def _is_number(value: object) -> bool:
+    return (
+        isinstance(value, int | float) and not isinstance(value, bool) and bool(np.isfinite(value))
+    )
+
+
+def _is_strings(value: object) -> bool:
+    return isinstance(value, list) and all(isinstance(v, str) for v in value)
+
+
+def _records(folder: Path) -> list[Path]:
+    if not folder.is_dir():
+        return []
+    paths = sorted(p for p in folder.iterdir() if p.suffix in SUFFIXES)
+    stems = [p.stem for p in paths]
+    for stem in stems:
+        if stems.count(stem) > 1:
+            raise InputError(f"{folder}: two records are named {stem!r}")
+    return paths
+
+
+def _only(folder: Path, stem: str) -> Path:
+    for suffix in SUFFIXES:
+        if (folder / f"{stem}{suffix}").exists():
+            return folder / f"{stem}{suffix}"
+    raise InputError(f"{folder / (stem + '.csv')}: is missing; a slow loop over the whole range")
+
+
+def _trace(path: Path, role: Role, head: dict[str, Any], running: set[str]) -> Trace:
+    record = read_record(path)
+    if record.y is None:
+        raise InputError(f"{path}: has no column y_um; a diagnosis needs the measured displacement")
+    if record.y_unit != "um":
+        raise InputError(f"{path}: y is in {record.y_unit}; micrometres (y_um) are needed")
+    if record.t_s.size < ROWS_MIN:
+        raise InputError(f"{path}: has {record.t_s.size} rows; at least {ROWS_MIN} are needed")
+    _check_range(path, record, head)
+    return _on_grid(path, record, role, path.stem in running)
+
+
+def _check_range(path: Path, record: Record, head: dict[str, Any]) -> None:
+    margin = MARGIN_SHARE * (head["u_max_V"] - head["u_min_V"])
+    out = (record.u_V < head["u_min_V"] - margin) | (record.u_V > head["u_max_V"] + margin)
+    if out.any():
+        at = int(np.argmax(out))
+        raise InputError(
+            f"{path}: row {record.line(at)}: u = {record.u_V[at]:g} V lies more than 15 % of the "
+            f"range outside {head['u_min_V']:g}..{head['u_max_V']:g} V; check units and case.json"
+        )
+
+
+def _on_grid(path: Path, record: Record, role: Role, running: bool) -> Trace:
+    step = record.step_s
+    assert record.y is not None
+    rows = np.rint((record.t_s - record.t_s[0]) / step).astype(np.int64)
+    size = int(rows[-1]) + 1
+    if size > rows.size / (1 - GRID_GAP_MAX):
+        raise InputError(f"{path}: most rows are missing between {record.t_s[0]:g} s and its end")
+    sound = record.sound & np.concatenate([[True], np.diff(rows) > 0])
+    grid = np.arange(size)
+    known = np.zeros(size, np.bool_)
+    known[rows[sound]] = True
+    kept = rows[sound]
+
+    def bridge(values: Array) -> Array:
+        return np.interp(grid, kept, values[sound])
+
+    u = np.interp(grid, rows, record.u_V)
+    use = known & (grid >= _warm_up(u)) if running else known
+    meas = None if record.u_meas_V is None else bridge(record.u_meas_V)
+    return Trace(path.stem, role, step, u, bridge(record.y), use, rows, record, running, meas)
+
+
+def _warm_up(u: Array) -> int:
+    """First sample after both ends of the record's own range have been visited."""
+    span = np.ptp(u)
+    low = int(np.argmax(u <= u.min() + 0.02 * span))
+    high = int(np.argmax(u >= u.max() - 0.02 * span))
+    return min(max(low, high), u.size // 2)
+
+
+def _faults(trace: Trace) -> list[dict[str, Any]]:
+    record = trace.record
+    return [
+        {
+            "record": trace.name,
+            "rows": [record.line(f.first), record.line(f.last)],
+            "kind": f.kind,
+        }
+        for f in record.faults
+    ]

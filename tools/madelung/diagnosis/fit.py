@@ -1,0 +1,390 @@
+"""Fitting a hypothesis: f0 and the effects' parameters together, in free-run simulation.
+
+The displacement is linear in f0's coefficients, also behind linear blocks, so their regressors
+are runs of the same chain with unit coefficients. Every other column is a finite step. Residuals
+are whitened by the noise model, so that a sum of squares of N is what noise alone would leave.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.polynomial import Legendre, Polynomial
+from numpy.typing import NDArray
+
+from madelung.diagnosis.case import Trace
+from madelung.diagnosis.forms import Form, Param, Scales
+from madelung.diagnosis.noise import Noise
+from madelung.path import Runner, SignalPath
+
+Array = NDArray[np.float64]
+FINITE_STEP = 1e-3
+ITERATIONS = 12
+COST_TOLERANCE = 0.05
+GUARD = 2
+"""Rows behind a bad one that are left out too, because whitening looks back."""
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A fitted hypothesis.
+
+    Attributes
+    ----------
+    forms
+        The effects' models.
+    values
+        Their parameters, in units.
+    beta
+        (degree + 1,): f0(0), then the coefficients of the basis, um.
+    cost
+        Sum of squares of whitened residuals plus priors.
+    excess
+        By record: sum of squares less rows.
+    residual
+        (N,) whitened, zero where rows are left out.
+    jacobian
+        (p, N) whitened columns at the solution (beta first), or empty.
+    covariance
+        (p, p) in search coordinates (log where a parameter is searched so).
+    """
+
+    forms: tuple[Form, ...]
+    values: dict[str, float]
+    beta: Array
+    cost: float
+    residual: Array
+    jacobian: Array = field(default_factory=lambda: np.empty((0, 0)))
+    covariance: Array = field(default_factory=lambda: np.empty((0, 0)))
+
+    @property
+    def effects(self) -> frozenset[str]:
+        """Names of the effects."""
+        return frozenset(f.effect for f in self.forms)
+
+    @property
+    def params(self) -> list[Param]:
+        """Parameters of all forms, in order."""
+        return [p for f in self.forms for p in f.params]
+
+
+class Problem:
+    """The records to be explained, the noise, and how a hypothesis is simulated and fitted."""
+
+    def __init__(self, traces: Sequence[Trace], noise: Noise, scales: Scales, degree: int) -> None:
+        self.traces = tuple(traces)
+        self.noise = noise
+        self.scales = scales
+        self.degree = degree
+        self._local = threading.local()
+        self._use = [_guarded(t) for t in self.traces]
+        ends = np.cumsum([t.u_V.size for t in self.traces])
+        self.slices = [
+            slice(int(e) - t.u_V.size, int(e)) for e, t in zip(ends, self.traces, strict=True)
+        ]
+        self.rows = int(sum(u.sum() for u in self._use))
+        self.basis = _basis(degree, scales.range_V)
+
+    def with_traces(self, traces: Sequence[Trace]) -> Problem:
+        """The same problem on other records."""
+        return Problem(traces, self.noise, self.scales, self.degree)
+
+    @property
+    def runner(self) -> Runner:
+        """Of this thread."""
+        if not hasattr(self._local, "runner"):
+            self._local.runner = Runner(self.scales.u_min_V, self.scales.range_V)
+        runner: Runner = self._local.runner
+        return runner
+
+    def path(self, forms: Iterable[Form], values: dict[str, float], beta: Array) -> SignalPath:
+        """The signal path of a hypothesis."""
+        path = SignalPath(self.scales.u_min_V, self.scales.range_V, self.f0(beta))
+        for form in forms:
+            if form.path is not None:
+                path = form.path(path, values)
+        return path
+
+    def f0(self, beta: Array) -> tuple[float, ...]:
+        """Coefficients of f0 in ascending powers of x, um / V^k."""
+        c = beta[1:] @ self.basis
+        c[0] += beta[0]
+        return tuple(float(v) for v in c)
+
+    def displacement(
+        self, forms: Sequence[Form], values: dict[str, float], path: SignalPath
+    ) -> list[Array]:
+        """Behind the signal path, by record, um; sensor forms do not act."""
+        past = [f for f in forms if f.history is not None]
+        return [
+            self.runner.run(path, t.u_V, t.step_s, _history(past, t, values)) for t in self.traces
+        ]
+
+    def measured(
+        self, forms: Sequence[Form], values: dict[str, float], displaced: list[Array]
+    ) -> list[Array]:
+        """What the sensor shows of a displacement, by record, um."""
+        out = []
+        for trace, y in zip(self.traces, displaced, strict=True):
+            for form in forms:
+                if form.measure is not None:
+                    y = form.measure(y, trace, values)
+            out.append(y)
+        return out
+
+    def simulate(self, fit: Fit) -> list[Array]:
+        """The displacement that a hypothesis predicts, by record, um."""
+        path = self.path(fit.forms, fit.values, fit.beta)
+        return self.measured(fit.forms, fit.values, self.displacement(fit.forms, fit.values, path))
+
+    def whiten(self, values: Sequence[Array]) -> Array:
+        """Whitened, with zeros where rows are left out, (N,)."""
+        parts = [
+            self.noise.whiten(np.where(t.use, v, 0.0), t.step_s) * use
+            for v, t, use in zip(values, self.traces, self._use, strict=True)
+        ]
+        return np.concatenate(parts)
+
+    def residual(self, y: Sequence[Array]) -> Array:
+        """Whitened difference of the measured and a simulated displacement."""
+        return self.whiten([t.y_um - v for t, v in zip(self.traces, y, strict=True)])
+
+    def excess(self, residual: Array) -> Array:
+        """By record: sum of squares less what noise leaves."""
+        return np.array(
+            [
+                float(residual[s] @ residual[s]) - float(use.sum())
+                for s, use in zip(self.slices, self._use, strict=True)
+            ]
+        )
+
+    # -- columns ------------------------------------------------------------------------------
+
+    def _columns_f0(
+        self, forms: Sequence[Form], values: dict[str, float], beta: Array, y: list[Array]
+    ) -> list[Array]:
+        """Whitened columns of f0's coefficients."""
+        path = self.path(forms, values, beta)
+        columns = []
+        if path.dead_band_um > 0:  # not linear: finite steps
+            step = FINITE_STEP * self.scales.stroke_um
+            for k in range(beta.size):
+                moved = beta.copy()
+                moved[k] += step
+                columns.append(self._change(forms, values, moved, y) / step)
+            return columns
+        zero = self.measured(forms, values, [np.zeros_like(t.u_V) for t in self.traces])
+        units = [np.eye(self.degree + 1)[0]] + [v for v in np.eye(self.degree + 1)[1:]]
+        bare = path.but(damping_um=0.0, shape=None)
+        for unit in units:
+            run = self.displacement(forms, values, bare.but(f0=self.f0(unit)))
+            seen = self.measured(forms, values, run)
+            columns.append(self.whiten([a - b for a, b in zip(seen, zero, strict=True)]))
+        return columns
+
+    def _change(
+        self, forms: Sequence[Form], values: dict[str, float], beta: Array, y: list[Array]
+    ) -> Array:
+        """Whitened change of the simulated displacement from y."""
+        path = self.path(forms, values, beta)
+        moved = self.measured(forms, values, self.displacement(forms, values, path))
+        return self.whiten([a - b for a, b in zip(moved, y, strict=True)])
+
+    def columns_of(
+        self,
+        form: Form,
+        forms: Sequence[Form],
+        values: dict[str, float],
+        beta: Array,
+        displaced: list[Array],
+        y: list[Array],
+    ) -> list[Array]:
+        """Whitened columns of a form's parameters, in search coordinates."""
+        columns = []
+        for p in form.params:
+            step, moved = _stepped(p, values)
+            if form.measure is not None:
+                seen = self.measured(forms, moved, displaced)
+                change = self.whiten([a - b for a, b in zip(seen, y, strict=True)])
+            else:
+                change = self._change(forms, moved, beta, y)
+            columns.append(change / step)
+        return columns
+
+    # -- fits ---------------------------------------------------------------------------------
+
+    def fit(
+        self,
+        forms: Sequence[Form],
+        values: dict[str, float],
+        beta: Array,
+        iterations: int = ITERATIONS,
+    ) -> Fit:
+        """Levenberg-Marquardt from a start, within the parameters' bounds."""
+        forms = tuple(forms)
+        fit = self._evaluate(forms, _clipped(forms, values), beta)
+        damping = 1e-4
+        jacobian, covariance = fit.jacobian, fit.covariance
+        for _ in range(iterations):
+            jacobian = self._jacobian(fit)
+            better, damping, covariance = self._step(fit, jacobian, damping)
+            if better is None:
+                break
+            gain = fit.cost - better.cost
+            fit = better
+            if gain < COST_TOLERANCE:
+                break
+        return replace(fit, jacobian=jacobian, covariance=covariance)
+
+    def _evaluate(self, forms: tuple[Form, ...], values: dict[str, float], beta: Array) -> Fit:
+        path = self.path(forms, values, beta)
+        y = self.measured(forms, values, self.displacement(forms, values, path))
+        residual = self.residual(y)
+        prior = _prior_rows(forms, values)[0]
+        cost = float(residual @ residual + prior @ prior)
+        return Fit(forms, values, beta, cost if np.isfinite(cost) else np.inf, residual)
+
+    def _jacobian(self, fit: Fit) -> Array:
+        path = self.path(fit.forms, fit.values, fit.beta)
+        displaced = self.displacement(fit.forms, fit.values, path)
+        y = self.measured(fit.forms, fit.values, displaced)
+        columns = self._columns_f0(fit.forms, fit.values, fit.beta, y)
+        for form in fit.forms:
+            columns += self.columns_of(form, fit.forms, fit.values, fit.beta, displaced, y)
+        return np.array(columns)
+
+    def _step(self, fit: Fit, jacobian: Array, damping: float) -> tuple[Fit | None, float, Array]:
+        prior, slopes = _prior_rows(fit.forms, fit.values)
+        k = fit.beta.size
+        normal = jacobian @ jacobian.T
+        normal[k:, k:] += slopes.T @ slopes
+        gradient = jacobian @ fit.residual
+        gradient[k:] -= slopes.T @ prior
+        size = np.sqrt(np.maximum(np.diag(normal), 1e-30))
+        scaled = normal / np.outer(size, size)
+        covariance = np.linalg.pinv(scaled, rcond=1e-13, hermitian=True) / np.outer(size, size)
+        for _ in range(8):
+            lifted = scaled + damping * np.eye(size.size)
+            move = np.linalg.solve(lifted, gradient / size) / size
+            values = _moved(fit.forms, fit.values, move[k:])
+            trial = self._evaluate(fit.forms, values, fit.beta + move[:k])
+            if trial.cost < fit.cost:
+                return trial, max(damping / 10, 1e-9), covariance
+            damping = max(damping * 10, 1e-7)
+        return None, damping, covariance
+
+    def signature(self, base: Fit, form: Form, start: dict[str, float]) -> list[Array]:
+        """Whitened columns that a form would add to a fitted hypothesis, from one start."""
+        forms = (*base.forms, form)
+        values = base.values | start
+        path = self.path(base.forms, base.values, base.beta)
+        displaced = self.displacement(base.forms, base.values, path)
+        y = self.measured(base.forms, base.values, displaced)
+        if form.linear:
+            return self.columns_of(form, forms, values, base.beta, displaced, y)
+        if form.measure is not None:
+            seen = self.measured(forms, values, displaced)
+            return [self.whiten([a - b for a, b in zip(seen, y, strict=True)])]
+        return [self._change(forms, values, base.beta, y)]
+
+    def difference(self, base: Fit, forms: Sequence[Form], values: dict[str, float]) -> list[Array]:
+        """Whitened change, as one column, when other forms take the place of a fit's."""
+        return [self._change(forms, values, base.beta, self.simulate(base))]
+
+
+def projected_gain(base: Fit, columns: list[Array]) -> float:
+    """How much the cost of a fitted hypothesis would fall along columns, f0 refitted with them."""
+    j = base.jacobian
+    c = np.array(columns)
+    size = np.sqrt(np.einsum("ij,ij->i", c, c))
+    if not np.all(np.isfinite(size)):
+        return 0.0
+    c = c[size > 1e-12] / size[size > 1e-12, None]
+    if c.size == 0:
+        return 0.0
+    norm = np.sqrt(np.maximum(np.einsum("ij,ij->i", j, j), 1e-300))
+    unit = j / norm[:, None]
+    gram = unit @ unit.T
+    inverse = np.linalg.pinv(gram, rcond=1e-12, hermitian=True)
+    cross = unit @ c.T
+    left = c @ c.T - cross.T @ inverse @ cross
+    score = c @ base.residual - cross.T @ inverse @ (unit @ base.residual)
+    keep = np.diag(left) > 1e-7
+    if not keep.any():
+        return 0.0
+    solved = np.linalg.lstsq(left[np.ix_(keep, keep)], score[keep], rcond=1e-10)[0]
+    return float(score[keep] @ solved)
+
+
+def _history(past: list[Form], trace: Trace, values: dict[str, float]) -> Array:
+    if trace.role == "identify" or not past:
+        return np.empty(0)
+    history = past[0].history
+    assert history is not None
+    return history(trace, values)
+
+
+def _guarded(trace: Trace) -> NDArray[np.bool_]:
+    bad = ~trace.use
+    late = bad.copy()
+    for k in range(1, GUARD + 1):
+        late[k:] |= bad[:-k]
+    return ~late
+
+
+def _basis(degree: int, range_V: float) -> Array:
+    """Rows: shifted Legendre polynomials of x / range that vanish at x = 0, in powers of x."""
+    rows = np.zeros((degree, degree + 1))
+    for k in range(1, degree + 1):
+        c = Legendre.basis(k, domain=[0.0, range_V]).convert(kind=Polynomial).coef
+        rows[k - 1, : c.size] = c
+        rows[k - 1, 0] = 0.0
+    return rows
+
+
+def _coordinate(p: Param, value: float) -> float:
+    return float(np.log(value)) if p.log else value
+
+
+def _stepped(p: Param, values: dict[str, float]) -> tuple[float, dict[str, float]]:
+    """A finite step in search coordinates, inside the bounds, and the values there."""
+    step = FINITE_STEP if p.log else FINITE_STEP * p.scale
+    value = values[p.key]
+    moved = value * float(np.exp(step)) if p.log else value + step
+    if moved > p.high:
+        step = -step
+        moved = value * float(np.exp(step)) if p.log else value + step
+    return step, values | {p.key: moved}
+
+
+def _moved(forms: Sequence[Form], values: dict[str, float], move: Array) -> dict[str, float]:
+    params = [p for f in forms for p in f.params]
+    out = dict(values)
+    for p, m in zip(params, move, strict=True):
+        if p.log:
+            v = values[p.key] * float(np.exp(np.clip(m, -1.5, 1.5)))
+        else:
+            v = values[p.key] + float(m)
+        out[p.key] = float(min(max(v, p.low), p.high))
+    return out
+
+
+def _clipped(forms: Sequence[Form], values: dict[str, float]) -> dict[str, float]:
+    return _moved(forms, values, np.zeros(sum(len(f.params) for f in forms)))
+
+
+def _prior_rows(forms: Sequence[Form], values: dict[str, float]) -> tuple[Array, Array]:
+    """Values and slopes (rows, params) of the priors."""
+    params = [p for f in forms for p in f.params]
+    index = {p.key: i for i, p in enumerate(params)}
+    null = {p.key: p.null for p in params}
+    rows = [row for f in forms for row in f.priors]
+    slopes = np.zeros((len(rows), len(params)))
+    for r, row in enumerate(rows):
+        for key, weight in row.items():
+            slopes[r, index[key]] = weight
+    offset = np.array([values[p.key] - null[p.key] for p in params])
+    return slopes @ offset, slopes

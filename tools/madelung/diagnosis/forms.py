@@ -1,0 +1,410 @@
+"""The effects as physical models: parameters in units and bounds, and what they change.
+
+A form is one model of one effect; an effect may have several (hard and soft saturation, one and
+two modes). A form changes the signal path that the C core runs, or the measured displacement
+behind it (what no open-loop firmware can run), or the history before a record.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from madelung.diagnosis.case import Trace
+from madelung.path import CreepMode, Mode, SignalPath
+
+Array = NDArray[np.float64]
+Values = Mapping[str, float]
+
+CREEP_TAU_S = tuple(float(10.0**k) for k in np.arange(-2.0, 3.01, 0.5))
+CREEP_STEP = 0.0015
+"""Neighbouring creep modes are expected to differ by about this share (log-like spectrum)."""
+LINES_MAX = 3
+
+
+@dataclass(frozen=True)
+class Param:
+    """A parameter: bounds in its unit, the value without effect, whether it is searched as log."""
+
+    key: str
+    low: float
+    high: float
+    null: float = 0.0
+    log: bool = False
+    scale: float = 1.0
+    """Typical size in its unit: finite steps are a thousandth of it."""
+
+
+@dataclass(frozen=True)
+class Scales:
+    """What bounds and starts refer to, from the case."""
+
+    u_min_V: float
+    range_V: float
+    stroke_um: float
+    rate_max_V_per_s: float
+    step_min_s: float
+    length_max_s: float
+    start_max_V: float
+
+
+Starts = Callable[[Scales], list[dict[str, float]]]
+Apply = Callable[[SignalPath, Values], SignalPath]
+Measure = Callable[[Array, Trace, Values], Array]
+History = Callable[[Trace, Values], Array]
+
+
+@dataclass(frozen=True)
+class Form:
+    """One physical model of one effect.
+
+    ``path`` changes the signal path, ``measure`` the displacement behind it, ``history`` gives
+    voltages before a record; exactly one of them is set. ``linear``: the displacement is linear
+    in the parameters, so that one start serves. ``priors`` are rows (weights by key) of weak
+    expectations that regularise what the data cannot excite.
+    """
+
+    effect: str
+    name: str
+    params: tuple[Param, ...]
+    starts: Starts
+    path: Apply | None = None
+    measure: Measure | None = None
+    history: History | None = None
+    linear: bool = False
+    priors: tuple[dict[str, float], ...] = field(default=())
+    refines: bool = False
+    """Only tried where a simpler form of the effect has been fitted, from its values."""
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """Of its parameters."""
+        return tuple(p.key for p in self.params)
+
+    def null(self) -> dict[str, float]:
+        """Values without effect."""
+        return {p.key: p.null for p in self.params}
+
+
+def _null_start(form_params: tuple[Param, ...]) -> Starts:
+    return lambda _: [{p.key: p.null for p in form_params}]
+
+
+def forms(s: Scales) -> list[Form]:
+    """Every form of every effect for a case."""
+    return [
+        *_input_forms(s),
+        *_hysteresis_forms(s),
+        *_mechanics_forms(s),
+        *_sensor_forms(s),
+    ]
+
+
+def _input_forms(s: Scales) -> list[Form]:
+    top = s.u_min_V + s.range_V
+    high = Param("high_V", s.u_min_V + 0.5 * s.range_V, top + 0.2 * s.range_V, scale=s.range_V)
+    low = Param("low_V", s.u_min_V - 0.2 * s.range_V, s.u_min_V + 0.5 * s.range_V, scale=s.range_V)
+    knee = Param("knee_V", 1e-3 * s.range_V, 0.15 * s.range_V, log=True)
+    shares = (0.01, 0.03, 0.07, 0.12, 0.2)
+
+    def saturation(path: SignalPath, v: Values) -> SignalPath:
+        return path.but(
+            high_V=v.get("high_V", path.high_V),
+            low_V=v.get("low_V", path.low_V),
+            knee_V=v.get("knee_V", 0.0),
+        )
+
+    def ends(*keys: str, knees: tuple[float, ...] = (0.0,)) -> Starts:
+        at = {"high_V": lambda d: top - d * s.range_V, "low_V": lambda d: s.u_min_V + d * s.range_V}
+        return lambda _: [
+            {k: at[k](d) for k in keys} | ({"knee_V": w * s.range_V} if w else {})
+            for d in shares
+            for w in knees
+        ]
+
+    def clip(name: str, *params: Param) -> Form:
+        keys = tuple(p.key for p in params if p.key != "knee_V")
+        knees = (0.01, 0.05) if knee in params else (0.0,)
+        return Form(
+            "saturation",
+            name,
+            params,
+            ends(*keys, knees=knees),
+            path=saturation,
+            refines=knee in params,
+        )
+
+    return [
+        Form(
+            "delay",
+            "delay",
+            (Param("delay_s", 0.0, min(0.05, 0.1 * s.length_max_s), scale=s.step_min_s),),
+            lambda _: [{"delay_s": d} for d in np.geomspace(2e-5, 0.02, 10)],
+            path=lambda path, v: path.but(delay_s=v["delay_s"]),
+        ),
+        clip("hard, high end", high),
+        clip("hard, low end", low),
+        clip("hard, both ends", high, low),
+        clip("soft, high end", high, knee),
+        clip("soft, low end", low, knee),
+        clip("soft, both ends", high, low, knee),
+        Form(
+            "slew_limit",
+            "slew limit",
+            (Param("slew_V_per_s", 1e-3 * s.rate_max_V_per_s, s.rate_max_V_per_s, log=True),),
+            lambda _: [
+                {"slew_V_per_s": s.rate_max_V_per_s * k} for k in np.geomspace(0.02, 0.98, 14)
+            ],
+            path=lambda path, v: path.but(slew_V_per_s=v["slew_V_per_s"]),
+        ),
+        Form(
+            "amplifier_lag",
+            "one pole",
+            (Param("corner_hz", 0.3, 20000.0, log=True),),
+            lambda _: [{"corner_hz": f} for f in np.geomspace(1.0, 10000.0, 12)],
+            path=lambda path, v: path.but(corner_hz=v["corner_hz"]),
+        ),
+    ]
+
+
+def _shape_form(effect: str, name: str, terms: tuple[tuple[int, int], ...], s: Scales) -> Form:
+    """Terms (j, k) of s'^j m'^k."""
+    params = tuple(
+        Param(f"g{k}{j}_um", -0.5 * s.stroke_um, 0.5 * s.stroke_um, scale=s.stroke_um)
+        for j, k in terms
+    )
+
+    def path(base: SignalPath, v: Values) -> SignalPath:
+        shape = np.zeros((4, 4)) if base.shape is None else np.array(base.shape)
+        for (j, k), p in zip(terms, params, strict=True):
+            shape[k - 1, j - 1] += v[p.key]
+        return base.but(shape=tuple(map(tuple, shape.tolist())))
+
+    weak = tuple({p.key: 1.0 / (0.1 * s.stroke_um)} for p in params)
+    return Form(effect, name, params, _null_start(params), path=path, linear=True, priors=weak)
+
+
+def _hysteresis_forms(s: Scales) -> list[Form]:
+    power = Param("power", 0.1, 2.0, null=1.0)
+    v_ref = max(0.3 * s.rate_max_V_per_s, 1e-6)
+
+    def rate(key: str) -> Apply:
+        return lambda path, v: path.but(**{key: v[key]}, power=v["power"], v_ref_V_per_s=v_ref)
+
+    def rate_starts(key: str, size: float) -> Starts:
+        return lambda _: [{key: size, "power": p} for p in (0.2, 0.5, 1.0, 1.5)]
+
+    damping = Param("damping_um", -0.2 * s.stroke_um, 0.2 * s.stroke_um, scale=s.stroke_um)
+    widening = Param("widening", -0.9, 5.0)
+    peak = Param("start_peak_V", s.u_min_V, s.u_min_V + s.range_V, scale=s.range_V)
+    return [
+        _shape_form("asymmetry", "memoryless", ((1, 1), (1, 3), (3, 1)), s),
+        _shape_form("asymmetry", "branches", ((1, 1), (2, 1), (3, 1), (1, 3), (2, 3)), s),
+        _shape_form("non_masing", "minor loops", ((1, 2), (2, 2), (3, 2), (1, 4)), s),
+        Form(
+            "rate_dependence",
+            "velocity damping",
+            (damping, power),
+            rate_starts("damping_um", -0.01 * s.stroke_um),
+            path=rate("damping_um"),
+        ),
+        Form(
+            "rate_dependence",
+            "widening",
+            (widening, power),
+            rate_starts("widening", 0.1),
+            path=rate("widening"),
+        ),
+        Form(
+            "initial_state",
+            "unknown peak",
+            (peak,),
+            lambda _: [
+                {"start_peak_V": s.start_max_V + d * (s.u_min_V + s.range_V - s.start_max_V)}
+                for d in (0.05, 0.15, 0.3, 0.5, 0.7, 0.9, 1.0)
+            ],
+            history=lambda trace, v: np.array([max(v["start_peak_V"], trace.u_V[0])]),
+        ),
+    ]
+
+
+def _creep_form(name: str, taus: tuple[float, ...], s: Scales) -> Form:
+    """A ladder whose spectrum is expected to be smooth over log tau (log-like creep)."""
+    within = [t for t in taus if 3 * s.step_min_s < t < 10 * s.length_max_s]
+    gains = tuple(Param(f"creep_{CREEP_TAU_S.index(t)}", -0.02, 0.2, scale=0.01) for t in within)
+    step = CREEP_STEP * (2 if taus is not CREEP_TAU_S else 1)
+    smooth = tuple({a.key: 1 / step, b.key: -1 / step} for a, b in pairwise(gains))
+    return Form(
+        "creep",
+        name,
+        gains,
+        _null_start(gains),
+        path=lambda path, v: path.but(
+            creep=tuple(CreepMode(t, v[g.key]) for t, g in zip(within, gains, strict=True))
+        ),
+        linear=True,
+        priors=smooth,
+        refines=taus is CREEP_TAU_S,
+    )
+
+
+def _mechanics_forms(s: Scales) -> list[Form]:
+    f_max = min(5000.0, 2.0 / s.step_min_s)
+
+    def mode(i: int, share: bool) -> tuple[Param, ...]:
+        own = (
+            Param(f"fn{i}_hz", 3.0, f_max, log=True),
+            Param(f"zeta{i}", 0.001, 0.25, log=True),
+        )
+        return (*own, Param(f"share{i}", -1.0, 2.0)) if share else own
+
+    def modes(*indices: int) -> Apply:
+        return lambda path, v: path.but(
+            modes=tuple(
+                Mode(v[f"fn{i}_hz"], v[f"zeta{i}"], v.get(f"share{i}", 1.0)) for i in indices
+            )
+        )
+
+    grid = [
+        {"fn1_hz": f, "zeta1": z}
+        for f in np.geomspace(10.0, min(f_max, 3000.0), 40)
+        for z in (0.03, 0.15)
+    ]
+    return [
+        _creep_form("ladder, a mode a decade", CREEP_TAU_S[1::2], s),
+        _creep_form("ladder, two modes a decade", CREEP_TAU_S, s),
+        Form("resonance", "one mode", mode(1, False), lambda _: grid, path=modes(1)),
+        Form(
+            "resonance",
+            "one mode, part of the displacement",
+            mode(1, True),
+            lambda _: [{"share1": 0.99}],
+            path=modes(1),
+            refines=True,
+        ),
+        Form(
+            "resonance",
+            "two modes",
+            (*mode(1, True), *mode(2, True)),
+            lambda _: [
+                {"share1": 0.9, "share2": 0.1, "zeta2": 0.03, "fn2_hz": f}
+                for f in np.geomspace(20.0, min(f_max, 3000.0), 20)
+            ],
+            path=modes(1, 2),
+            refines=True,
+        ),
+        Form(
+            "backlash",
+            "dead band",
+            (Param("dead_band_um", 0.0, 0.2 * s.stroke_um, scale=0.1 * s.stroke_um),),
+            lambda _: [{"dead_band_um": s.stroke_um * k} for k in np.geomspace(3e-4, 0.05, 8)],
+            path=lambda path, v: path.but(dead_band_um=v["dead_band_um"]),
+        ),
+    ]
+
+
+def _later(measure: Measure) -> Measure:
+    """Only in records taken after the identification."""
+    return lambda y, trace, v: y if trace.role == "identify" else measure(y, trace, v)
+
+
+def _sensor_forms(s: Scales) -> list[Form]:
+    gain = (
+        Param("gain", 0.5, 2.0, null=1.0),
+        Param("offset_um", -s.stroke_um, s.stroke_um, scale=s.stroke_um),
+    )
+    drift = (
+        Param("drift_um_per_s", -s.stroke_um, s.stroke_um, scale=s.stroke_um / s.length_max_s),
+        Param("settle_um", -s.stroke_um, s.stroke_um, scale=s.stroke_um),
+        Param("settle_s", 0.01 * s.length_max_s, 3 * s.length_max_s, log=True),
+    )
+    skew = (Param("skew_ppm", -20000.0, 20000.0, scale=1000.0),)
+
+    def drifted(y: Array, trace: Trace, v: Values) -> Array:
+        t = trace.t_s
+        moved: Array = y + v["drift_um_per_s"] * t - v["settle_um"] * np.expm1(-t / v["settle_s"])
+        return moved
+
+    def skewed(y: Array, trace: Trace, v: Values) -> Array:
+        # The rate error is small: the shift of a sample is skew * t, taken along the slope.
+        n = np.arange(y.size) * (1 + v["skew_ppm"] * 1e-6)
+        return cubic(y, n)
+
+    return [
+        Form(
+            "gain_offset",
+            "gain and offset",
+            gain,
+            _null_start(gain),
+            measure=_later(lambda y, _, v: v["gain"] * y + v["offset_um"]),
+            linear=True,
+        ),
+        Form(
+            "drift",
+            "linear and exponential",
+            drift,
+            lambda _: [
+                {
+                    "drift_um_per_s": 0.002 * s.stroke_um / s.length_max_s,
+                    "settle_um": 0.002 * s.stroke_um,
+                    "settle_s": k * s.length_max_s,
+                }
+                for k in (0.05, 0.15, 0.4, 1.0)
+            ],
+            measure=_later(drifted),
+        ),
+        Form(
+            "clock_skew",
+            "clock skew",
+            skew,
+            _null_start(skew),
+            measure=_later(skewed),
+            linear=True,
+        ),
+    ]
+
+
+def cubic(y: Array, at: Array) -> Array:
+    """Values of y at fractional samples, (n,), third-order Lagrange; held beyond the ends."""
+    base = np.clip(np.floor(at).astype(np.int64) - 1, 0, max(y.size - 4, 0))
+    f = np.clip(at - base, 0.0, 3.0)
+    w0 = -(f - 1) * (f - 2) * (f - 3) / 6
+    w1 = f * (f - 2) * (f - 3) / 2
+    w2 = -f * (f - 1) * (f - 3) / 2
+    w3 = f * (f - 1) * (f - 2) / 6
+    out: Array = w0 * y[base] + w1 * y[base + 1] + w2 * y[base + 2] + w3 * y[base + 3]
+    return out
+
+
+def line_form(freq_hz: tuple[float, ...], traces: tuple[str, ...], s: Scales) -> Form:
+    """Periodic disturbance at given start frequencies; a phase of its own in each record."""
+    params: list[Param] = []
+    for i, f in enumerate(freq_hz):
+        width = 0.5 / s.length_max_s
+        params.append(Param(f"freq{i}_hz", max(f - 4 * width, 1e-3), f + 4 * width, scale=width))
+        for name in traces:
+            for part in ("cos", "sin"):
+                params.append(Param(f"{part}{i}:{name}", -s.stroke_um, s.stroke_um))
+
+    def measure(y: Array, trace: Trace, v: Values) -> Array:
+        total = y
+        for i in range(len(freq_hz)):
+            if f"cos{i}:{trace.name}" in v:
+                phase = 2 * np.pi * v[f"freq{i}_hz"] * trace.t_s
+                total = total + v[f"cos{i}:{trace.name}"] * np.cos(phase)
+                total = total + v[f"sin{i}:{trace.name}"] * np.sin(phase)
+        return total
+
+    start = {p.key: 0.0 for p in params} | {f"freq{i}_hz": f for i, f in enumerate(freq_hz)}
+    return Form(
+        "periodic_disturbance",
+        f"{len(freq_hz)} line{'s' if len(freq_hz) > 1 else ''}",
+        tuple(params),
+        lambda _: [start],
+        measure=_later(measure),
+        linear=True,
+    )

@@ -1,0 +1,350 @@
+"""Pictures of a diagnosis, as PNG: the gap, the loops, where it lies, what explains it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from madelung.diagnosis.noise import Noise
+from madelung.diagnosis.where import senses, since_turn_s
+from madelung.plots import (
+    FALLING,
+    MEASURED,
+    MODEL,
+    RISING,
+    _extremes,
+    _figure,
+    _label,
+    _over_time,
+    _save,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Array = NDArray[np.float64]
+
+NAMES = ("gap", "loops", "where", "ranking")
+BEFORE = RISING
+AFTER = MODEL
+FLOOR = "0.6"
+PROBABLE = "#E69F00"
+LOOPS_MAX = 3
+BINS_MAP = 40
+BINS_PROFILE = 24
+BINS_SPECTRUM = 160
+ZOOM_TURNS = 2
+RANKED_MAX = 15
+
+
+@dataclass(frozen=True)
+class View:
+    """What is drawn of a record; all arrays (n,), times in s, voltages in V, the rest in um."""
+
+    name: str
+    role: str
+    t_s: Array
+    u_V: Array
+    y_um: Array
+    baseline_um: Array
+    augmented_um: Array
+
+    @property
+    def before_um(self) -> Array:
+        """Measured less baseline."""
+        return self.y_um - self.baseline_um
+
+    @property
+    def after_um(self) -> Array:
+        """Measured less augmented."""
+        return self.y_um - self.augmented_um
+
+    @property
+    def step_s(self) -> float:
+        """Mean sample time."""
+        return float((self.t_s[-1] - self.t_s[0]) / (self.t_s.size - 1))
+
+
+def draw(out: Path, views: Sequence[View], noise: Noise, diagnosis: Mapping[str, Any]) -> None:
+    """Draw gap.png, loops.png, where.png and ranking.png.
+
+    Parameters
+    ----------
+    out
+        Folder that exists.
+    views
+        Train and hold-out records.
+    noise
+        The noise floor.
+    diagnosis
+        The content of diagnosis.json.
+
+    Raises
+    ------
+    InputError
+        The folder cannot be written.
+    """
+    shown = _worst_first(views)
+    _draw_gap(out / "gap.png", shown[0], noise)
+    _draw_loops(out / "loops.png", shown[:LOOPS_MAX])
+    train = [v for v in views if v.role == "train"] or list(views)
+    _draw_where(out / "where.png", train, noise, diagnosis)
+    _draw_ranking(out / "ranking.png", diagnosis)
+
+
+def _worst_first(views: Sequence[View]) -> list[View]:
+    """Hold-out records before the others, each by its gap."""
+    return sorted(views, key=lambda v: (v.role != "holdout", -float(np.std(v.before_um))))
+
+
+def printable(text: str) -> str:
+    """A name from outside without control characters."""
+    return "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in str(text))
+
+
+def _name(view: View) -> str:
+    return f"{printable(view.name)[:40]} ({'hold-out' if view.role == 'holdout' else 'train'})"
+
+
+# -- gap --------------------------------------------------------------------------------------
+
+
+def _draw_gap(path: Path, view: View, noise: Noise) -> None:
+    figure = _figure()
+    whole, rest, zoom = figure.subplots(3, 1)
+    _displacements(whole, view, slice(None))
+    _label(whole, f"Displacement, record {_name(view)}", "", "y (um)")
+    _errors(rest, view, slice(None), noise)
+    _label(rest, "What each prediction misses", "time (s)", "measured - predicted (um)")
+    rest.set_xlim(*whole.get_xlim())
+    near = _near_worst(view)
+    _errors(zoom, view, near, noise)
+    command = zoom.twinx()
+    _over_time(command, view.t_s[near], view.u_V[near], color=FLOOR, lw=0.8, ls=":")
+    command.set_ylabel("command u (V), dotted")
+    _label(zoom, "The same, close up where the gap is largest", "time (s)", "error (um)")
+    _save(path, figure)
+
+
+def _displacements(axes: Axes, view: View, rows: slice) -> None:
+    t = view.t_s[rows]
+    _over_time(axes, t, view.y_um[rows], color=MEASURED, lw=3, label="measured")
+    _over_time(axes, t, view.baseline_um[rows], color=BEFORE, lw=1.2, label="baseline")
+    _over_time(axes, t, view.augmented_um[rows], color=AFTER, lw=0.9, label="augmented")
+
+
+def _errors(axes: Axes, view: View, rows: slice, noise: Noise) -> None:
+    t = view.t_s[rows]
+    band = 2 * noise.rms_um
+    axes.axhspan(-band, band, color="0.85", label="noise floor, 2 sigma")
+    _over_time(axes, t, view.before_um[rows], color=BEFORE, lw=1.0, label="baseline")
+    _over_time(axes, t, view.after_um[rows], color=AFTER, lw=0.8, label="augmented")
+
+
+def _near_worst(view: View) -> slice:
+    """Rows from some turns of the command before the largest error to some after it."""
+    sense = senses(view.u_V)
+    turns = np.concatenate([[0], np.flatnonzero(np.diff(sense)), [view.u_V.size - 1]])
+    worst = int(np.argmax(np.abs(view.before_um - view.before_um.mean())))
+    at = int(np.searchsorted(turns, worst))
+    first = int(turns[max(at - ZOOM_TURNS, 0)])
+    last = int(turns[min(at + ZOOM_TURNS, turns.size - 1)])
+    return slice(first, max(last, first + 2) + 1)
+
+
+# -- loops ------------------------------------------------------------------------------------
+
+
+def _draw_loops(path: Path, views: Sequence[View]) -> None:
+    figure = _figure()
+    grid = figure.subplots(2, len(views), squeeze=False, sharex="col")
+    for (loop, rest), view in zip(grid.T, views, strict=True):
+        rows = _extremes(view.before_um)
+        u = view.u_V[rows]
+        loop.plot(u, view.y_um[rows], color=MEASURED, lw=2.5, label="measured")
+        loop.plot(u, view.baseline_um[rows], color=BEFORE, lw=1.0, label="baseline")
+        loop.plot(u, view.augmented_um[rows], color=AFTER, lw=0.8, label="augmented")
+        _label(loop, "", "", "displacement y (um)")
+        loop.set_title(_name(view), loc="left", fontweight="bold", parse_math=False)
+        rest.plot(u, view.before_um[rows], color=BEFORE, lw=0.7, label="baseline")
+        rest.plot(u, view.after_um[rows], color=AFTER, lw=0.6, label="augmented")
+        _label(rest, "", "command u (V)", "measured - predicted (um)")
+    _save(path, figure)
+
+
+# -- where ------------------------------------------------------------------------------------
+
+
+def _draw_where(
+    path: Path, views: Sequence[View], noise: Noise, diagnosis: Mapping[str, Any]
+) -> None:
+    figure = _figure()
+    shares, place, spectrum, turn = figure.subplots(2, 2).flat
+    _draw_shares(shares, diagnosis.get("where", []))
+    mean = float(np.mean(np.concatenate([v.before_um for v in views])))
+    _draw_map(place, views, mean)
+    _draw_spectrum(spectrum, views, noise, mean)
+    _draw_since_turn(turn, views, noise, mean)
+    _save(path, figure)
+
+
+def _draw_shares(axes: Axes, regions: Sequence[Mapping[str, Any]]) -> None:
+    at = np.arange(len(regions))
+    axes.barh(
+        at - 0.2, [100 * r["energy_share"] for r in regions], 0.38, color=BEFORE, label="of the gap"
+    )
+    samples = [100 * r["energy_share"] / max(r["enrichment"], 1e-12) for r in regions]
+    axes.barh(at + 0.2, samples, 0.38, color=FLOOR, label="of the samples or the spectrum")
+    axes.set_yticks(at, [region_label(r) for r in regions], parse_math=False)
+    axes.invert_yaxis()
+    axes.set_xlim(0, 100)
+    _label(axes, "Share of the gap's energy", "%", "")
+    if not regions:
+        axes.text(0.5, 0.5, "nothing above the noise", ha="center", transform=axes.transAxes)
+
+
+def region_label(region: Mapping[str, Any]) -> str:
+    """A region in few words."""
+    low, high, side = region["low"], region["high"], region.get("side", "between")
+    axis = str(region["axis"]).replace("_", " ")
+    if isinstance(low, str) or high is None:
+        return f"{axis}: {printable(str(low)).replace('_', ' ')[:24]}"
+    ends = {"above": f"> {low:.4g}", "below": f"< {high:.4g}"}
+    return f"{axis} {ends.get(side, f'{low:.4g} to {high:.4g}')} {region['unit']}".rstrip()
+
+
+def _draw_map(axes: Axes, views: Sequence[View], mean: float) -> None:
+    """Rms of the gap over input and rate."""
+    from matplotlib.colors import LogNorm
+
+    u = np.concatenate([v.u_V for v in views])
+    rate = np.concatenate([np.gradient(v.u_V, v.step_s) for v in views])
+    gap2 = (np.concatenate([v.before_um for v in views]) - mean) ** 2
+    top = max(float(np.abs(rate).max()), 1e-9)
+    linear = max(float(np.quantile(np.abs(rate), 0.3)), 1e-4 * top)
+    edges = np.arcsinh(np.array([-top, top]) / linear)
+    bins = [np.linspace(u.min(), u.max(), BINS_MAP + 1), np.linspace(*edges, BINS_MAP + 1)]
+    count = np.histogram2d(u, np.arcsinh(rate / linear), bins)[0]
+    held = np.histogram2d(u, np.arcsinh(rate / linear), bins, weights=gap2)[0]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        rms = np.sqrt(held / count)
+    good = rms[np.isfinite(rms) & (rms > 0)]
+    low, high = np.quantile(good, [0.05, 1.0]) if good.size else (0.1, 1.0)
+    drawn = axes.pcolormesh(
+        bins[0],
+        linear * np.sinh(bins[1]),
+        rms.T,
+        cmap="cividis",
+        norm=LogNorm(max(float(low), 1e-3 * float(high)), float(high)),
+    )
+    axes.set_yscale("asinh", linear_width=linear)
+    bar = axes.figure.colorbar(drawn, ax=axes)
+    bar.set_label("rms (um)")
+    _label(axes, "Gap over command and rate", "command u (V)", "rate (V/s)")
+
+
+def _draw_spectrum(axes: Axes, views: Sequence[View], noise: Noise, mean: float) -> None:
+    """Amplitude density of the gap before and after, and of the noise, over all records."""
+    low = min(1.0 / (v.t_s.size * v.step_s) for v in views)
+    high = max(0.5 / v.step_s for v in views)
+    edges = np.geomspace(low, high, BINS_SPECTRUM + 1)
+    for kind, colour, width in (("before", BEFORE, 1.2), ("after", AFTER, 1.0)):
+        density = _density(views, edges, kind, mean)
+        good = np.isfinite(density)
+        centre = np.sqrt(edges[1:] * edges[:-1])[good]
+        label = "baseline" if kind == "before" else "augmented"
+        axes.loglog(centre, density[good], color=colour, lw=width, label=label)
+    finest = min(v.step_s for v in views)
+    axes.loglog(
+        edges,
+        np.sqrt(2 * finest * noise.spectrum(edges, finest)),
+        color=FLOOR,
+        lw=2,
+        label="noise floor",
+    )
+    _label(axes, "Spectrum", "frequency (Hz)", "error (um / √Hz)")
+
+
+def _density(views: Sequence[View], edges: Array, kind: str, mean: float) -> Array:
+    from scipy.fft import next_fast_len, rfft, rfftfreq
+
+    power, count = np.zeros(edges.size - 1), np.zeros(edges.size - 1)
+    for view in views:
+        error = view.before_um - mean if kind == "before" else view.after_um
+        n = next_fast_len(error.size, real=True)
+        at = np.searchsorted(edges, rfftfreq(n, view.step_s)[1:], side="right") - 1
+        at = np.clip(at, 0, edges.size - 2)
+        p = np.abs(rfft(error, n)[1:]) ** 2 * 2 * view.step_s / error.size
+        power += np.bincount(at, p, edges.size - 1)
+        count += np.bincount(at, minlength=edges.size - 1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        density: Array = np.sqrt(power / count)
+    return density
+
+
+def _draw_since_turn(axes: Axes, views: Sequence[View], noise: Noise, mean: float) -> None:
+    since = np.concatenate([since_turn_s(v.u_V, v.step_s) for v in views])
+    since = np.maximum(since, 0.5 * min(v.step_s for v in views))
+    edges = np.geomspace(since.min(), since.max() * 1.001, BINS_PROFILE + 1)
+    at = np.searchsorted(edges, since, side="right") - 1
+    count = np.bincount(at, minlength=BINS_PROFILE)
+    centre = np.sqrt(edges[1:] * edges[:-1])[count > 0]
+    before = np.concatenate([v.before_um for v in views]) - mean
+    after = np.concatenate([v.after_um for v in views])
+    for error, colour, label in ((before, BEFORE, "baseline"), (after, AFTER, "augmented")):
+        held = np.bincount(at, error**2, BINS_PROFILE)[count > 0]
+        axes.loglog(centre, np.sqrt(held / count[count > 0]), ".-", color=colour, lw=1, label=label)
+    axes.axhline(noise.rms_um, color=FLOOR, lw=2, label="noise floor")
+    _label(axes, "Error after a turn of the command", "time since the turn (s)", "rms (um)")
+
+
+# -- ranking ----------------------------------------------------------------------------------
+
+
+def _draw_ranking(path: Path, diagnosis: Mapping[str, Any]) -> None:
+    figure = _figure()
+    axes = figure.subplots()
+    ranking = list(diagnosis.get("ranking", []))[:RANKED_MAX]
+    verdict, gap = diagnosis["verdict"], diagnosis["gap"]
+    at = np.arange(len(ranking))
+    groups = (
+        ("in the verdict", FALLING, set(verdict["effects"])),
+        ("candidate", PROBABLE, set(verdict["candidates"]) - set(verdict["effects"])),
+    )
+    named = {e for _, _, effects in groups for e in effects}
+    other = ("not needed", "0.75", {r["effect"] for r in ranking} - named)
+    for label, colour, effects in (*groups, other):
+        rows = [i for i, r in enumerate(ranking) if r["effect"] in effects]
+        if rows:
+            axes.barh(at[rows], [ranking[i]["rms_um"] for i in rows], color=colour, label=label)
+    axes.axvline(gap["rms_um"], color=BEFORE, lw=1.5, label="baseline")
+    axes.axvline(gap["noise_floor_um"], color=MODEL, lw=1.5, ls="--", label="noise floor")
+    axes.set_yticks(at, [str(r["effect"]).replace("_", " ") for r in ranking])
+    axes.invert_yaxis()
+    if ranking:
+        axes.set_xscale("log")
+        axes.set_xlim(left=0.7 * min(gap["noise_floor_um"], *(r["rms_um"] for r in ranking)))
+    for i, entry in enumerate(ranking):
+        axes.annotate(
+            closed_in_words(entry["closable_closed"]),
+            (entry["rms_um"], float(i)),
+            xytext=(4, 0),
+            textcoords="offset points",
+            va="center",
+            fontsize="small",
+        )
+    title = "Error left by the best hypothesis with each effect (share of the closable gap closed)"
+    _label(axes, title, "rms on the training records (um)", "")
+    _save(path, figure)
+
+
+def closed_in_words(share: float | None) -> str:
+    """Share of the closable gap that is closed, in per cent."""
+    if share is None:
+        return "-"
+    return f"{100 * share:.{1 if share > 0.985 else 0}f} %"

@@ -1,0 +1,306 @@
+"""Which effects explain the gap: a search over hypotheses, and what may be said of the result.
+
+Every hypothesis refits f0. A search by beam adds one effect at a time. An effect is accepted when
+the cost falls by more than chance, counted only where the richer hypothesis comes down to the
+noise, and when it removes a visible share of what was unexplained. What cannot be told apart from
+the accepted set is kept as an alternative.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2
+
+from madelung.diagnosis.fit import Fit, Problem, projected_gain
+from madelung.diagnosis.forms import LINES_MAX, Form, line_form
+
+Array = NDArray[np.float64]
+Progress = Callable[[str], None]
+T = TypeVar("T")
+S = TypeVar("S")
+
+GAIN_MIN = 40.0
+"""Fall of the cost, in units of the noise, below which nothing is accepted."""
+GAIN_PER_PARAM = 3.0
+SCREEN_MIN = 15.0
+SCREEN_SHARE = 1e-3
+VISIBLE_SHARE = 0.03
+REMAINDER_SHARE = 0.2
+CLEAN_SHARE = 0.9
+BEAM = 3
+FRONT_RATIO = 20.0
+FITS_MAX = 9
+SIZE_MAX = 4
+BANDS = 14
+EXCESS_MIN = 0.05
+"""Excess over the noise, as a share of it, that is taken for structure."""
+
+
+@dataclass(frozen=True)
+class Search:
+    """What the search found.
+
+    Attributes
+    ----------
+    null
+        f0 alone, fitted to all records.
+    best
+        The accepted hypothesis (possibly without any effect).
+    fits
+        The best fit of every set of effects that was fitted, by set.
+    """
+
+    null: Fit
+    best: Fit
+    fits: dict[frozenset[str], Fit]
+
+
+class Engine:
+    """Fits many hypotheses on a problem, side by side."""
+
+    def __init__(
+        self, problem: Problem, forms: Sequence[Form], jobs: int, progress: Progress
+    ) -> None:
+        self.problem = problem
+        self.forms = forms
+        self.jobs = jobs
+        self.progress = progress
+        self.fits: dict[frozenset[str], Fit] = {}
+
+    def search(self, start: Fit) -> Search:
+        """From f0 alone to the set of effects that is accepted."""
+        null = self._keep(start)
+        best = null
+        beam = [null]
+        for size in range(1, SIZE_MAX + 1):
+            found = self._expand(beam)
+            if not found:
+                break
+            ranked = self._front(found)
+            ranked = sorted([self._refined(ranked[0]), *ranked[1:]], key=self.score)
+            if not self.accepted(best, ranked[0], null):
+                break
+            best = ranked[0]
+            beam = self._front(ranked)[: BEAM if size == 1 else 1]
+        return Search(null, self._pruned(best, null), self.fits)
+
+    def score(self, fit: Fit) -> float:
+        """Cost with a price for each parameter."""
+        n = self.problem.rows
+        return fit.cost / max(1.0, fit.cost / n) ** 0.5 + len(fit.params) * float(np.log(n))
+
+    def _keep(self, fit: Fit) -> Fit:
+        slim = replace(fit, jacobian=np.empty((0, 0)))
+        have = self.fits.get(fit.effects)
+        if have is None or self.score(slim) < self.score(have):
+            self.fits[fit.effects] = slim
+        return slim
+
+    def _map(self, function: Callable[[S], T], items: Iterable[S]) -> list[T]:
+        if self.jobs < 2:
+            return [function(i) for i in items]
+        with ThreadPoolExecutor(self.jobs) as pool:
+            return list(pool.map(function, items))
+
+    def _front(self, fits: list[Fit]) -> list[Fit]:
+        """The best, and those that do not leave far more unexplained."""
+        ranked = sorted(fits, key=self.score)
+        limit = (
+            FRONT_RATIO * max(ranked[0].cost - self.problem.rows, 0.0) + 0.05 * self.problem.rows
+        )
+        return [f for f in ranked if f.cost - self.problem.rows <= limit]
+
+    def _refined(self, fit: Fit) -> Fit:
+        """With richer forms of its effects, where these are proven."""
+        for old in fit.forms:
+            for form in self.forms:
+                if not form.refines or form.effect != old.effect:
+                    continue
+                if not set(old.keys) <= set(form.keys):
+                    continue
+                forms = tuple(form if f is old else f for f in fit.forms)
+                starts = [start | fit.values for start in form.starts(self.problem.scales)]
+                rest = tuple(f for f in fit.forms if f is not old)
+                full = self.problem.fit(fit.forms, fit.values, fit.beta, 1)
+                gains = self._map(
+                    lambda v, form=form, full=full, rest=rest: projected_gain(
+                        full, self.problem.difference(full, (*rest, form), v)
+                    ),
+                    starts,
+                )
+                start = starts[int(np.argmax(gains))]
+                best = self._slim(self.problem.fit(forms, start, fit.beta, 3))
+                if best.cost > fit.cost - GAIN_MIN:
+                    continue
+                best = self._slim(self.problem.fit(forms, best.values, best.beta))
+                extra = len(best.params) - len(fit.params)
+                if self.gain(fit, best) > GAIN_MIN + GAIN_PER_PARAM * extra:
+                    fit = self._keep(best)
+                    old = form
+        return fit
+
+    # -- one level ----------------------------------------------------------------------------
+
+    def _expand(self, beam: list[Fit]) -> list[Fit]:
+        found: dict[frozenset[str], Fit] = {}
+        for parent in beam:
+            names = " + ".join(sorted(parent.effects)) or "f0 alone"
+            self.progress(f"adding an effect to {names}")
+            full = self.problem.fit(parent.forms, parent.values, parent.beta, iterations=2)
+            seen = set(found)
+            for fit in self._children(full, seen):
+                key = fit.effects
+                if key not in found or self.score(fit) < self.score(found[key]):
+                    found[key] = fit
+        return [self._keep(f) for f in found.values()]
+
+    def _children(self, parent: Fit, seen: set[frozenset[str]]) -> list[Fit]:
+        free = [
+            f
+            for f in [*self.forms, *self._lines(parent)]
+            if not f.refines
+            and f.effect not in parent.effects
+            and parent.effects | {f.effect} not in seen
+        ]
+        screened = self._map(lambda f: self._screen(parent, f), free)
+        top = max((g for g, _ in screened), default=0.0)
+        order = sorted(range(len(free)), key=lambda i: -screened[i][0])
+        chosen = [i for i in order if screened[i][0] > max(SCREEN_MIN, SCREEN_SHARE * top)][
+            : FITS_MAX + (6 if not parent.forms else 0)
+        ]
+        rough = self._map(
+            lambda i: self._slim(
+                self.problem.fit(
+                    (*parent.forms, free[i]), parent.values | screened[i][1], parent.beta, 2
+                )
+            ),
+            sorted(chosen),
+        )
+        if not rough:
+            return []
+        near = self._front(rough)
+        fine = self._map(lambda f: self._slim(self.problem.fit(f.forms, f.values, f.beta)), near)
+        return [f for f in rough if not any(f is g for g in near)] + fine
+
+    @staticmethod
+    def _slim(fit: Fit) -> Fit:
+        return replace(fit, jacobian=np.empty((0, 0)))
+
+    def _screen(self, parent: Fit, form: Form) -> tuple[float, dict[str, float]]:
+        best: tuple[float, dict[str, float]] = (0.0, form.null())
+        for start in form.starts(self.problem.scales):
+            gain = projected_gain(parent, self.problem.signature(parent, form, start))
+            if gain > best[0]:
+                best = (gain, start)
+        return best
+
+    def _lines(self, parent: Fit) -> list[Form]:
+        found = _peaks(self.problem, parent.residual)
+        names = tuple(t.name for t in self.problem.traces if t.role != "identify")
+        return [
+            line_form(tuple(found[: k + 1]), names, self.problem.scales) for k in range(len(found))
+        ]
+
+    # -- acceptance ---------------------------------------------------------------------------
+
+    def accepted(self, old: Fit, new: Fit, null: Fit) -> bool:
+        """Whether the richer hypothesis is proven against the poorer one."""
+        extra = len(new.params) - len(old.params)
+        if self.gain(old, new) < GAIN_MIN + GAIN_PER_PARAM * max(extra, 1):
+            return False
+        before = self.problem.excess(null.residual)
+        left = self.problem.excess(old.residual)
+        removed = left - self.problem.excess(new.residual)
+        whole = np.maximum(before, 0.0) + 25.0
+        visible = max(float(np.max(removed / whole)), removed.sum() / whole.sum())
+        rest = np.maximum(left, 0.0) + 25.0
+        telling = max(float(np.max(removed / rest)), removed.sum() / rest.sum())
+        if telling > CLEAN_SHARE and visible > VISIBLE_SHARE / 30:
+            return True
+        return visible > VISIBLE_SHARE and telling > REMAINDER_SHARE
+
+    def gain(self, old: Fit, new: Fit) -> float:
+        """Fall of the cost, band by band, over what the richer hypothesis leaves above noise."""
+        total = 0.0
+        for part in self.problem.slices:
+            a, b, count = _band_power(old.residual[part], new.residual[part])
+            total += float(np.sum((a - b) / np.maximum(1.0, b / count)))
+        return total
+
+    def p_value(self, old: Fit, new: Fit) -> float:
+        """Of the gain by chance, with a price for the number of models tried."""
+        extra = max(len(new.params) - len(old.params), 1)
+        return float(min(1.0, len(self.forms) * chi2.sf(max(self.gain(old, new), 0.0), extra)))
+
+    def _pruned(self, fit: Fit, null: Fit) -> Fit:
+        """Without effects that the others make superfluous."""
+        while len(fit.forms) > 1:
+            smaller = []
+            for form in fit.forms:
+                rest = tuple(f for f in fit.forms if f is not form)
+                key = frozenset(f.effect for f in rest)
+                if key not in self.fits:
+                    values = {p.key: fit.values[p.key] for f in rest for p in f.params}
+                    self._keep(self.problem.fit(rest, values, fit.beta))
+                smaller.append(self.fits[key])
+            needless = [s for s in smaller if not self.accepted(s, fit, null)]
+            if not needless:
+                break
+            fit = min(needless, key=self.score)
+        return fit
+
+
+def _band_power(a: Array, b: Array) -> tuple[Array, Array, Array]:
+    """Energies of two residuals in logarithmic frequency bands, and what noise would give."""
+    n = a.size
+    pa, pb = (np.abs(np.fft.rfft(v)) ** 2 for v in (a, b))
+    weight = np.full(pa.size, 2.0)
+    weight[0] = 1.0
+    if n % 2 == 0:
+        weight[-1] = 1.0
+    edges = np.unique(np.geomspace(1, pa.size, BANDS).astype(np.int64)) - 1
+    share = float(np.count_nonzero(b)) / n
+    sums = [np.add.reduceat(v, edges) for v in (pa * weight / n, pb * weight / n, weight * share)]
+    return sums[0], sums[1], np.maximum(sums[2], 1.0)
+
+
+def _peaks(problem: Problem, residual: Array) -> list[float]:
+    """Frequencies (Hz) of lines that stand out of the residual, strongest first."""
+    traces = [
+        (t, residual[s])
+        for t, s in zip(problem.traces, problem.slices, strict=True)
+        if t.role != "identify"
+    ]
+    length = max(t.u_V.size * t.step_s for t, _ in traces)
+    step_hz = 0.25 / length
+    top = max(0.5 / t.step_s for t, _ in traces)
+    power = np.zeros(int(top / step_hz) + 1)
+    for t, r in traces:
+        size = max(round(1 / (t.step_s * step_hz)), r.size)
+        p = np.abs(np.fft.rfft(r, size)) ** 2 * 2 / r.size
+        n = min(p.size, power.size)
+        power[:n] += p[:n]
+    found: list[float] = []
+    floor = _running_median(power)
+    for _ in range(LINES_MAX):
+        k = int(np.argmax(np.where(np.arange(power.size) > 8, power - 3 * floor, 0.0)))
+        if k <= 8 or power[k] < 30 + 6 * len(traces) or power[k] < 12 * floor[k]:
+            break
+        found.append(k * step_hz)
+        power[max(k - 12, 0) : k + 13] = 0.0
+    return found
+
+
+def _running_median(power: Array, half: int = 100) -> Array:
+    """Median over a window, computed on a coarse grid."""
+    n = power.size
+    centres = np.arange(0, n, half)
+    medians = [float(np.median(power[max(c - half, 0) : c + half])) for c in centres]
+    out: Array = np.interp(np.arange(n), centres, medians)
+    return out
