@@ -1,0 +1,458 @@
+/*
+ * The signal path. Blocks are tested on f0 = 1 + x um, [0, 8] volts from u_min = -2: a straight
+ * line has no hysteresis, so that what a block does is seen alone. The chain as a whole is tested
+ * on f0 = x^2.
+ */
+#include "unity.h"
+
+#include "mdl_test.h"
+
+#include "mdl_backlash.h"
+#include "mdl_chain.h"
+#include "mdl_delay.h"
+#include "mdl_drive.h"
+#include "mdl_lag.h"
+#include "mdl_major.h"
+#include "mdl_mode.h"
+#include "mdl_power.h"
+#include "mdl_rate.h"
+#include "mdl_shape.h"
+#include "mdl_traj.h"
+
+#include <string.h>
+
+static mdl_tp_side left, right;
+static mdl_chain_params params;
+static mdl_chain chain;
+
+static void use(const mdl_real *c, uint16_t degree, uint16_t blocks)
+{
+    memset(&params, 0, sizeof params);
+    params.u_min_volts = MDL_C(-2.0);
+    params.margin_volts = MDL_C(4.0);
+    params.blocks = blocks;
+    ASSERT_STATUS(MDL_OK, mdl_major_init_polynomial(&params.major, MDL_C(8.0), c, degree));
+}
+
+static void use_line(uint16_t blocks)
+{
+    const mdl_real c[] = {MDL_C(1.0), MDL_C(1.0)};
+    use(c, 1, blocks);
+}
+
+/* Every block, with numbers that leave their traces for some samples. */
+static void use_everything(void)
+{
+    const mdl_real c[] = {MDL_C(0.0), MDL_C(0.0), MDL_C(1.0)};
+    const mdl_lag_params slow = {MDL_C(0.125), MDL_C(0.75)};
+    const mdl_mode_params mode = {{{MDL_C(-0.5), MDL_C(0.5)}, {MDL_C(-0.5), MDL_C(-0.75)}},
+                                  {MDL_C(-0.5), MDL_C(0.25)},
+                                  MDL_C(1.0)};
+    uint16_t i;
+    use(c, 2, 0x1FFu);
+    params.substeps = 3;
+    params.saturation.low_volts = MDL_C(-2.0);
+    params.saturation.high_volts = MDL_C(5.0);
+    params.saturation.knee_volts = MDL_C(0.25);
+    params.slew_step_volts = MDL_C(0.75);
+    params.lag = slow;
+    params.rate.filter = slow;
+    params.rate.v_scale = MDL_C(-1.0);
+    params.rate.power = MDL_C(0.5);
+    params.rate.damping_um = MDL_C(0.125);
+    params.rate.widening = MDL_C(0.0625);
+    params.creep_count = 2;
+    params.mode_count = 2;
+    for (i = 0; i < 2u; i++) {
+        params.creep[i].lag = slow;
+        params.creep[i].gain = MDL_C(0.03125);
+        params.mode[i] = mode;
+    }
+    params.dead_band_um = MDL_C(0.25);
+    params.delay.whole = 2;
+    params.delay.weight[0] = MDL_C(0.75);
+    params.delay.weight[1] = MDL_C(0.25);
+    params.gain = MDL_C(1.5);
+    params.offset_um = MDL_C(0.5);
+}
+
+static void start(void)
+{
+    ASSERT_STATUS(MDL_OK, mdl_chain_init(&chain, &params, &left, &right));
+}
+
+/* Steps to u and expects y and the status. */
+#define STEP(u, y, status)                                                                         \
+    do {                                                                                           \
+        mdl_real got;                                                                              \
+        ASSERT_STATUS(status, mdl_chain_step(&chain, (mdl_real)(u), &got));                        \
+        ASSERT_REAL(y, got);                                                                       \
+    } while (0)
+
+void setUp(void)
+{
+    use_line(0);
+    start();
+}
+
+void tearDown(void)
+{
+}
+
+void test_the_baseline_is_the_trajectory_over_u_minus_u_min(void)
+{
+    const mdl_real c[] = {MDL_C(0.0), MDL_C(0.0), MDL_C(1.0)};
+    use(c, 2, 0);
+    start();
+    STEP(2.0, 16.0, MDL_OK);
+    STEP(-1.0, 7.0, MDL_OK); /* 16 - 3^2 */
+    STEP(7.0, 81.0, MDL_EXTRAPOLATED);
+    STEP(mdl_test_not_finite(0), 81.0, MDL_ERR_NOT_FINITE);
+    mdl_chain_reset(&chain);
+    STEP(-1.0, 1.0, MDL_OK);
+}
+
+void test_init_refuses_parameters_that_are_not_finite(void)
+{
+    static mdl_chain_params bad;
+    mdl_chain before = chain;
+    int i;
+    for (i = 0; i < 3; i++) {
+        bad = params;
+        bad.u_min_volts = mdl_test_not_finite(i);
+        ASSERT_STATUS(MDL_ERR_NOT_FINITE, mdl_chain_init(&chain, &bad, &left, &right));
+        bad = params;
+        bad.margin_volts = mdl_test_not_finite(i);
+        ASSERT_STATUS(MDL_ERR_NOT_FINITE, mdl_chain_init(&chain, &bad, &left, &right));
+    }
+    TEST_ASSERT_EQUAL_MEMORY(&before, &chain, sizeof chain);
+}
+
+void test_init_refuses_parameters_out_of_range(void)
+{
+    static mdl_chain_params bad;
+    mdl_chain before = chain;
+    bad = params;
+    bad.substeps = 65;
+    ASSERT_STATUS(MDL_ERR_PARAMETER, mdl_chain_init(&chain, &bad, &left, &right));
+    bad = params;
+    bad.margin_volts = MDL_C(-1.0);
+    ASSERT_STATUS(MDL_ERR_PARAMETER, mdl_chain_init(&chain, &bad, &left, &right));
+    bad = params;
+    bad.creep_count = MDL_CREEP_MODES_MAX + 1;
+    ASSERT_STATUS(MDL_ERR_CAPACITY, mdl_chain_init(&chain, &bad, &left, &right));
+    bad = params;
+    bad.mode_count = MDL_MODES_MAX + 1;
+    ASSERT_STATUS(MDL_ERR_CAPACITY, mdl_chain_init(&chain, &bad, &left, &right));
+    bad = params;
+    bad.delay.whole = MDL_DELAY_MAX - 3;
+    ASSERT_STATUS(MDL_ERR_CAPACITY, mdl_chain_init(&chain, &bad, &left, &right));
+    TEST_ASSERT_EQUAL_MEMORY(&before, &chain, sizeof chain);
+}
+
+void test_init_takes_parameters_at_their_limits(void)
+{
+    params.substeps = 64;
+    params.creep_count = MDL_CREEP_MODES_MAX;
+    params.mode_count = MDL_MODES_MAX;
+    params.delay.whole = MDL_DELAY_MAX - 4;
+    start();
+}
+
+void test_saturation(void)
+{
+    use_line(MDL_BLOCK_SATURATION);
+    params.saturation.low_volts = MDL_C(-1.0);
+    params.saturation.high_volts = MDL_C(3.0);
+    start();
+    STEP(5.0, 6.0, MDL_OK); /* 1 + (3 + 2) */
+    STEP(-2.0, 2.0, MDL_OK);
+    STEP(0.5, 3.5, MDL_OK);
+}
+
+void test_slew_limit_per_substep(void)
+{
+    use_line(MDL_BLOCK_SLEW);
+    params.slew_step_volts = MDL_C(1.0);
+    params.substeps = 2;
+    start();
+    STEP(0.0, 3.0, MDL_OK); /* the first sample is in equilibrium */
+    STEP(5.0, 5.0, MDL_OK); /* two steps of 1 V */
+    STEP(5.0, 7.0, MDL_OK);
+    STEP(5.0, 8.0, MDL_OK);
+    STEP(4.0, 7.0, MDL_OK); /* two of 0.5 V */
+}
+
+void test_amplifier_lag(void)
+{
+    use_line(MDL_BLOCK_LAG);
+    params.lag.decay = MDL_C(0.75);
+    params.lag.ramp = MDL_C(0.5);
+    start();
+    STEP(0.0, 3.0, MDL_OK);
+    STEP(4.0, 5.0, MDL_OK);   /* e = -2 */
+    STEP(4.0, 6.5, MDL_OK);   /* e = -1/2 */
+    STEP(4.0, 6.875, MDL_OK); /* e = -1/8 */
+}
+
+void test_the_lag_follows_what_the_slew_limit_lets_through(void)
+{
+    use_line(MDL_BLOCK_SLEW | MDL_BLOCK_LAG);
+    params.slew_step_volts = MDL_C(2.0);
+    params.lag.decay = MDL_C(0.75);
+    params.lag.ramp = MDL_C(0.5);
+    start();
+    STEP(0.0, 3.0, MDL_OK);
+    STEP(4.0, 4.0, MDL_OK);  /* 2 V, e = -1 */
+    STEP(4.0, 5.75, MDL_OK); /* 4 V, e = -1/4 - 1 */
+}
+
+void test_rate_dependence_is_added_behind_the_trajectory(void)
+{
+    use_line(MDL_BLOCK_RATE);
+    params.rate.filter.decay = MDL_C(1.0);
+    params.rate.filter.ramp = MDL_C(1.0);
+    params.rate.v_scale = MDL_C(-1.0);
+    params.rate.power = MDL_C(2.0);
+    params.rate.damping_um = MDL_C(0.5);
+    start();
+    STEP(0.0, 3.0, MDL_OK);
+    STEP(2.0, 7.0, MDL_OK); /* 5 + 0.5 * 2^2 */
+    STEP(2.0, 5.0, MDL_OK);
+    STEP(1.0, 3.5, MDL_OK); /* 4 - 0.5 * 1 */
+}
+
+void test_creep_follows_with_its_share(void)
+{
+    /* Two modes of 1/4 and 1/8 of the displacement above f0(0). */
+    use_line(MDL_BLOCK_CREEP);
+    params.creep_count = 2;
+    params.creep[0].lag.decay = MDL_C(0.5);
+    params.creep[0].lag.ramp = MDL_C(1.0);
+    params.creep[0].gain = MDL_C(0.25);
+    params.creep[1].lag.decay = MDL_C(0.0);
+    params.creep[1].lag.ramp = MDL_C(1.0);
+    params.creep[1].gain = MDL_C(0.125);
+    start();
+    STEP(2.0, 6.5, MDL_OK);  /* in equilibrium: 5 + 3/8 * 4 */
+    STEP(-2.0, 2.5, MDL_OK); /* 1 + 3/8 * 4: the fall of 4 has yet to be followed */
+    STEP(-2.0, 2.0, MDL_OK); /* half of the first mode has */
+    STEP(-2.0, 1.75, MDL_OK);
+}
+
+void test_flexure_modes_are_added(void)
+{
+    const mdl_mode_params mode = {{{MDL_C(-0.5), MDL_C(0.0)}, {MDL_C(0.0), MDL_C(0.0)}},
+                                  {MDL_C(-1.0), MDL_C(0.0)},
+                                  MDL_C(0.5)};
+    use_line(MDL_BLOCK_MODES);
+    params.mode_count = 2;
+    params.mode[0] = mode;
+    params.mode[1] = mode;
+    params.mode[1].share = MDL_C(0.25);
+    start();
+    STEP(0.0, 3.0, MDL_OK);
+    STEP(4.0, 4.0, MDL_OK); /* 7 - 4 * 3/4 */
+    STEP(4.0, 5.5, MDL_OK); /* e is halved */
+}
+
+void test_backlash(void)
+{
+    use_line(MDL_BLOCK_BACKLASH);
+    params.dead_band_um = MDL_C(2.0);
+    start();
+    STEP(4.0, 6.0, MDL_OK); /* 7, half a dead band behind */
+    STEP(2.0, 6.0, MDL_OK);
+    STEP(1.0, 5.0, MDL_OK); /* 4, pulled */
+}
+
+void test_delay_in_samples_whatever_the_substeps(void)
+{
+    use_line(MDL_BLOCK_DELAY);
+    params.substeps = 4;
+    params.delay.whole = 1;
+    params.delay.weight[0] = MDL_C(0.5);
+    params.delay.weight[1] = MDL_C(0.5);
+    start();
+    STEP(0.0, 3.0, MDL_OK); /* at rest there before */
+    STEP(4.0, 3.0, MDL_OK);
+    STEP(4.0, 5.0, MDL_OK);
+    STEP(0.0, 7.0, MDL_OK);
+}
+
+void test_gain_about_f0_of_zero_and_offset(void)
+{
+    use_line(MDL_BLOCK_GAIN);
+    params.gain = MDL_C(1.5);
+    params.offset_um = MDL_C(0.25);
+    start();
+    STEP(-2.0, 1.25, MDL_OK);
+    STEP(2.0, 7.25, MDL_OK); /* 1 + 1.5 * 4 + 0.25 */
+}
+
+void test_statuses_of_substeps_are_combined(void)
+{
+    use_line(MDL_BLOCK_GAIN);
+    params.gain = MDL_C(1.0);
+    params.substeps = 4;
+    start();
+    STEP(10.5, 13.0, MDL_CLAMPED);
+    STEP(2.5, 5.5, MDL_EXTRAPOLATED); /* by way of 8.5, 6.5, 4.5 */
+    STEP(2.5, 5.5, MDL_OK);
+    STEP(10.5, 13.0, MDL_EXTRAPOLATED | MDL_CLAMPED); /* 4.5, 6.5, 8.5, 10.5 */
+}
+
+void test_the_first_sample_finds_everything_in_equilibrium(void)
+{
+    mdl_real first, y;
+    uint16_t i;
+    use_everything();
+    params.saturation.knee_volts = MDL_C(0.0);
+    start();
+    ASSERT_STATUS(MDL_OK, mdl_chain_step(&chain, MDL_C(2.0), &first));
+    /* 16, creep 2/32 of it, half a dead band; gain and offset. */
+    ASSERT_REAL(1.5 * (16.0 + 1.0 - 0.125) + 0.5, first);
+    for (i = 0; i < 20u; i++) {
+        ASSERT_STATUS(MDL_OK, mdl_chain_step(&chain, MDL_C(2.0), &y));
+        ASSERT_REAL(first, y);
+    }
+}
+
+void test_what_is_not_finite_is_refused_and_changes_nothing(void)
+{
+    mdl_chain before;
+    mdl_real y, last;
+    int i;
+    use_everything();
+    start();
+    ASSERT_STATUS(MDL_OK, mdl_chain_step(&chain, MDL_C(2.0), &y));
+    ASSERT_STATUS(MDL_OK, mdl_chain_step(&chain, MDL_C(1.0), &y));
+    last = chain.at.target_um;
+    before = chain;
+    for (i = 0; i < 3; i++) {
+        STEP(mdl_test_not_finite(i), last, MDL_ERR_NOT_FINITE);
+    }
+    TEST_ASSERT_EQUAL_MEMORY(&before, &chain, sizeof chain);
+}
+
+void test_a_command_whose_distance_from_u_min_overflows_is_refused(void)
+{
+    const mdl_real huge = MDL_TEST_EPSILON < 1e-12 ? (mdl_real)1.5e308 : MDL_C(3e38);
+    mdl_chain before;
+    use_everything();
+    params.u_min_volts = -huge;
+    start();
+    before = chain;
+    STEP(huge, 0.0, MDL_ERR_NOT_FINITE);
+    TEST_ASSERT_EQUAL_MEMORY(&before, &chain, sizeof chain);
+}
+
+/* ---- saving and resuming ---- */
+
+#define SAVED_MAX (2048 + MDL_DELAY_MAX)
+static mdl_real saved[SAVED_MAX];
+
+static mdl_real wave(uint16_t i)
+{
+    return (mdl_real)((i * 37u) % 61u) * MDL_C(0.125) - MDL_C(2.0);
+}
+
+static mdl_real run(uint16_t from, uint16_t to)
+{
+    mdl_real y = MDL_C(0.0);
+    uint16_t i;
+    for (i = from; i < to; i++) {
+        TEST_ASSERT_TRUE(mdl_chain_step(&chain, wave(i), &y) >= 0);
+    }
+    return y;
+}
+
+void test_two_halves_equal_one_whole(void)
+{
+    uint16_t i;
+    use_everything();
+    for (i = 0; i < 100u; i++) {
+        mdl_real whole;
+        uint32_t length;
+        start();
+        (void)run(0, i);
+        length = mdl_chain_saved_length(&chain);
+        ASSERT_STATUS(MDL_OK, mdl_chain_save(&chain, saved, SAVED_MAX));
+        whole = run(i, 120);
+        mdl_chain_reset(&chain);
+        (void)run(50, 70);
+        ASSERT_STATUS(MDL_OK, mdl_chain_resume(&chain, saved, length));
+        ASSERT_REAL(whole, run(i, 120));
+    }
+}
+
+void test_save_refuses_a_short_array_and_leaves_it_alone(void)
+{
+    uint32_t length, k;
+    use_everything();
+    start();
+    (void)run(0, 10);
+    length = mdl_chain_saved_length(&chain);
+    for (k = 0; k <= length; k++) {
+        saved[k] = MDL_C(-77.0);
+    }
+    for (k = 0; k < length; k++) {
+        ASSERT_STATUS(MDL_ERR_CAPACITY, mdl_chain_save(&chain, saved, k));
+    }
+    ASSERT_REAL(-77.0, saved[0]);
+    ASSERT_STATUS(MDL_OK, mdl_chain_save(&chain, saved, length));
+    ASSERT_REAL(-77.0, saved[length]);
+}
+
+/* A saved state with one number changed, or cut, is refused; the chain is as before. */
+static void resume_refuses(mdl_status status, uint32_t index, mdl_real value, uint32_t less)
+{
+    mdl_chain before;
+    mdl_real old;
+    use_everything();
+    start();
+    (void)run(0, 10);
+    before = chain;
+    ASSERT_STATUS(MDL_OK, mdl_chain_save(&chain, saved, SAVED_MAX));
+    old = saved[index];
+    saved[index] = value;
+    ASSERT_STATUS(status, mdl_chain_resume(&chain, saved, mdl_chain_saved_length(&chain) - less));
+    TEST_ASSERT_EQUAL_MEMORY(&before, &chain, sizeof chain);
+    saved[index] = old;
+    ASSERT_STATUS(MDL_OK, mdl_chain_resume(&chain, saved, mdl_chain_saved_length(&chain)));
+}
+
+void test_resume_refuses_what_is_not_finite(void)
+{
+    uint32_t k;
+    use_everything();
+    start();
+    (void)run(0, 10);
+    for (k = 0; k < mdl_chain_saved_length(&chain); k++) {
+        resume_refuses(MDL_ERR_NOT_FINITE, k, mdl_test_not_finite((int)(k % 3u)), 0);
+    }
+}
+
+void test_resume_refuses_what_save_cannot_write(void)
+{
+    resume_refuses(MDL_ERR_STATE, 0, MDL_C(0.5), 0);
+    resume_refuses(MDL_ERR_STATE, 0, MDL_C(2.0), 0);
+    resume_refuses(MDL_ERR_STATE, 1, MDL_C(-1.0), 0);
+    resume_refuses(MDL_ERR_STATE, 1, MDL_C(0.5), 0);
+    resume_refuses(MDL_ERR_STATE, 1, (mdl_real)MDL_DELAY_MAX, 0);
+    resume_refuses(MDL_ERR_STATE, 1, MDL_C(1e9), 0);
+}
+
+void test_resume_refuses_wrong_lengths(void)
+{
+    uint32_t length, k;
+    use_everything();
+    start();
+    (void)run(0, 10);
+    length = mdl_chain_saved_length(&chain);
+    ASSERT_STATUS(MDL_OK, mdl_chain_save(&chain, saved, SAVED_MAX));
+    for (k = 0; k < length; k++) {
+        ASSERT_STATUS(MDL_ERR_STATE, mdl_chain_resume(&chain, saved, k));
+    }
+    ASSERT_STATUS(MDL_ERR_STATE, mdl_chain_resume(&chain, saved, length + 1u));
+}
