@@ -118,7 +118,8 @@ def _draw_gap(path: Path, view: View, noise: Noise) -> None:
     figure = _figure()
     whole, rest, zoom = figure.subplots(3, 1)
     _displacements(whole, view, slice(None))
-    _label(whole, f"Displacement, record {_name(view)}", "", "y (um)")
+    _label(whole, "", "", "displacement y (um)")
+    whole.set_title(f"Record {_name(view)}", loc="left", fontweight="bold", parse_math=False)
     _errors(rest, view, slice(None), noise)
     _label(rest, "What each prediction misses", "time (s)", "measured - predicted (um)")
     rest.set_xlim(*whole.get_xlim())
@@ -227,8 +228,8 @@ def _draw_map(axes: Axes, views: Sequence[View], mean: float) -> None:
     gap2 = (np.concatenate([v.before_um for v in views]) - mean) ** 2
     top = max(float(np.abs(rate).max()), 1e-9)
     linear = max(float(np.quantile(np.abs(rate), 0.3)), 1e-4 * top)
-    edges = np.arcsinh(np.array([-top, top]) / linear)
-    bins = [np.linspace(u.min(), u.max(), BINS_MAP + 1), np.linspace(*edges, BINS_MAP + 1)]
+    edge = float(np.arcsinh(top / linear))
+    bins = [np.linspace(u.min(), u.max(), BINS_MAP + 1), np.linspace(-edge, edge, BINS_MAP + 1)]
     count = np.histogram2d(u, np.arcsinh(rate / linear), bins)[0]
     held = np.histogram2d(u, np.arcsinh(rate / linear), bins, weights=gap2)[0]
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -331,7 +332,7 @@ def _draw_ranking(path: Path, diagnosis: Mapping[str, Any]) -> None:
         axes.set_xlim(left=0.7 * min(gap["noise_floor_um"], *(r["rms_um"] for r in ranking)))
     for i, entry in enumerate(ranking):
         axes.annotate(
-            closed_in_words(entry["closable_closed"]),
+            in_percent(entry["closable_closed"]),
             (entry["rms_um"], float(i)),
             xytext=(4, 0),
             textcoords="offset points",
@@ -343,8 +344,8 @@ def _draw_ranking(path: Path, diagnosis: Mapping[str, Any]) -> None:
     _save(path, figure)
 
 
-def closed_in_words(share: float | None) -> str:
-    """Share of the closable gap that is closed, in per cent."""
+def in_percent(share: float | None) -> str:
+    """A share in per cent, with a decimal where it is nearly whole; '-' where there is none."""
     if share is None:
         return "-"
     return f"{100 * share:.{1 if share > 0.985 else 0}f} %"
