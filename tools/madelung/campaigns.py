@@ -114,7 +114,8 @@ def _sine(within: _Within, rng: np.random.Generator) -> Commands:
 
 def fast_V_per_s(every: Commands) -> float:
     """The rate that the moving training commands exceed in a twentieth of the time, V/s."""
-    moving = [c for k, c in every.items() if k.startswith("train/") and c.waveform in _MOVING]
+    training = [c for k, c in every.items() if k.startswith("train/")]
+    moving = [c for c in training if c.waveform in _MOVING] or training
     rates = [np.abs(np.diff(c.at(c.time_s))) * c.rate_hz for c in moving]
     return float(max(np.quantile(r, 0.95) for r in rates))
 

@@ -11,7 +11,7 @@ from madelung import __version__
 from madelung.commands.export import export
 from madelung.commands.identify import identify
 from madelung.commands.predict import predict
-from madelung.commands.simulate import simulate
+from madelung.commands.simulate import simulate, unseal
 from madelung.errors import InputError
 
 app = typer.Typer(
@@ -40,6 +40,7 @@ app.command()(identify)
 app.command()(predict)
 app.command()(export)
 app.command()(simulate)
+app.command()(unseal)
 
 
 def main() -> None:

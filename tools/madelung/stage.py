@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 import tempfile
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cache
 from pathlib import Path
 from typing import Any, Literal
@@ -66,8 +66,10 @@ class Stage:
     dac_bits, adc_bits
         Resolution of the converters; 0: not quantised.
     adc_min_um, adc_max_um
-        Range of the sensor and its converter, where the reading saturates; None: from a tenth of
-        the stroke below y_min_um to a quarter above the stroke's end.
+        Range of the sensor and its converter, where the reading saturates; None: headroom_share
+        of the stroke above its end, and half of that below y_min_um.
+    headroom_share
+        See above.
     noise_um
         Rms of the sensor's noise, um.
     noise_ar
@@ -99,6 +101,7 @@ class Stage:
     adc_bits: int = 12
     adc_min_um: float | None = None
     adc_max_um: float | None = None
+    headroom_share: float = 0.25
     noise_um: float = 0.01
     noise_ar: float = 0.0
     offset_um: float = 0.0
@@ -114,6 +117,7 @@ class Stage:
             "elements": (10, 1000),
             "dac_bits": (0, 24),
             "adc_bits": (0, 24),
+            "headroom_share": (0.0, 10.0),
             "noise_um": (0.0, 1e4),
             "noise_ar": (0.0, 0.9999),
             "drop_share": (0.0, 0.5),
@@ -141,9 +145,10 @@ class Stage:
     def reading_um(self) -> tuple[float, float]:
         """Lowest and highest reading of the sensor, um."""
         low, high = self.adc_min_um, self.adc_max_um
+        headroom = self.headroom_share * self.stroke_um
         return (
-            self.y_min_um - 0.1 * self.stroke_um if low is None else low,
-            self.y_min_um + 1.25 * self.stroke_um if high is None else high,
+            self.y_min_um - headroom / 2.0 if low is None else low,
+            self.y_min_um + self.stroke_um + headroom if high is None else high,
         )
 
     @property
@@ -519,6 +524,8 @@ def make_case(
     campaign: Campaign | str = Campaign.RICH,
     stage: Stage | None = None,
     every: Commands | None = None,
+    noise_um: float | None = None,
+    noise_ar: float | None = None,
 ) -> dict[str, Any]:
     """Write a case for `madelung diagnose` (contract: diagnose.md) and give its labels.
 
@@ -536,7 +543,9 @@ def make_case(
         What is recorded: a campaign, or commands by record name (``identify``, ``train/...``,
         ``holdout/...``).
     stage
-        The stage; None: one of several ranges, strokes, loop widths, of either physics.
+        The stage; None: `random_stage`.
+    noise_um, noise_ar
+        Instead of the stage's.
 
     Returns
     -------
@@ -550,13 +559,16 @@ def make_case(
     """
     if directory.exists():
         raise InputError(f"{directory}: exists already; name a new folder")
-    stage = _random_stage(np.random.default_rng([seed, 10])) if stage is None else stage
+    stage = random_stage(seed) if stage is None else stage
+    stage = replace(
+        stage,
+        noise_um=stage.noise_um if noise_um is None else noise_um,
+        noise_ar=stage.noise_ar if noise_ar is None else noise_ar,
+    )
     if every is None:
         record_rng = np.random.default_rng([seed, 11])
         every = commands(Campaign(campaign), stage.u_min_V, stage.u_max_V, record_rng)
-    chosen, drawn = draw_effects(
-        effects or {}, np.random.default_rng([seed, 12]), _scene(stage, every)
-    )
+    chosen, drawn = make_effects(stage, every, effects or {}, seed)
     try:
         part = Path(tempfile.mkdtemp(prefix=f".{directory.name}.", dir=directory.parent))
     except OSError as error:
@@ -575,6 +587,15 @@ def make_case(
         "noise_um": stage.noise_um,
         "seed": seed,
     }
+
+
+def make_effects(
+    stage: Stage, every: Commands, wanted: dict[str, float | Parameters], seed: int = 0
+) -> tuple[Effects, dict[str, Parameters]]:
+    """Effects of a stage and its commands by strength or parameters; see `draw_effects`."""
+    if not wanted:
+        return Effects(), {}
+    return draw_effects(wanted, np.random.default_rng([seed, 12]), _scene(stage, every))
 
 
 def _write_case(
@@ -607,7 +628,9 @@ def _write_case(
     return deviation
 
 
-def _random_stage(rng: np.random.Generator) -> Stage:
+def random_stage(seed: int) -> Stage:
+    """A stage of one of several ranges, strokes, loop widths and noises, of either physics."""
+    rng = np.random.default_rng([seed, 10])
     u_min, u_max = ((0.0, 40.0), (0.0, 100.0), (-20.0, 130.0), (-10.0, 60.0))[rng.integers(4)]
     stroke = rng.uniform(15.0, 60.0)
     return Stage(
@@ -618,8 +641,7 @@ def _random_stage(rng: np.random.Generator) -> Stage:
         y_min_um=rng.uniform(0.0, 5.0),
         physics="relays" if rng.uniform() < 0.5 else "slides",
         noise_um=rng.uniform(2e-4, 5e-4) * stroke,
-        adc_min_um=-0.4 * stroke,
-        adc_max_um=1.6 * stroke,
+        headroom_share=0.6,
     )
 
 
