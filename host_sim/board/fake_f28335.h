@@ -46,8 +46,12 @@ typedef struct {
 
 /* Smaller where the sources are only checked, for a compiler with 16-bit addresses. */
 #ifndef FAKE_LOG_LENGTH
+#ifndef FAKE_LOG_LENGTH
 #define FAKE_LOG_LENGTH 4096
+#endif
+#ifndef FAKE_DAC_LENGTH
 #define FAKE_DAC_LENGTH 8192
+#endif
 #endif
 
 /** The board, for tests to read, and to write where it says so. */

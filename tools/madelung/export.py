@@ -100,7 +100,7 @@ def params_source(model: Model, scaling: Scaling) -> str:
     lines = [
         "/* clang-format off */",
         "/* Written by `madelung export`; do not edit. Reals are floats, exact in nine digits.",
-        f" * model: {share.replace('*/', '* /')}",
+        f" * model: {share.replace('/*', '/ *').replace('*/', '* /')}",
         " */",
         '#include "mdl_params.h"',
         "",
