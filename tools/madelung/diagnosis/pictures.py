@@ -40,6 +40,8 @@ BINS_PROFILE = 24
 BINS_SPECTRUM = 160
 ZOOM_TURNS = 2
 RANKED_MAX = 15
+RATES_RATIO = 1e4
+LEGEND_COLUMNS = 5
 
 
 @dataclass(frozen=True)
@@ -102,7 +104,7 @@ def _worst_first(views: Sequence[View]) -> list[View]:
     return sorted(views, key=lambda v: (v.role != "holdout", -float(np.std(v.before_um))))
 
 
-def printable(text: str) -> str:
+def printable(text: object) -> str:
     """A name from outside without control characters."""
     return "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in str(text))
 
@@ -119,9 +121,11 @@ def _draw_gap(path: Path, view: View, noise: Noise) -> None:
     whole, rest, zoom = figure.subplots(3, 1)
     _displacements(whole, view, slice(None))
     _label(whole, "", "", "displacement y (um)")
+    _legend_above(whole)
     whole.set_title(f"Record {_name(view)}", loc="left", fontweight="bold", parse_math=False)
     _errors(rest, view, slice(None), noise)
-    _label(rest, "What each prediction misses", "time (s)", "measured - predicted (um)")
+    _label(rest, "What each prediction misses", "", "error (um)")
+    _legend_above(rest)
     rest.set_xlim(*whole.get_xlim())
     near = _near_worst(view)
     _errors(zoom, view, near, noise)
@@ -129,6 +133,7 @@ def _draw_gap(path: Path, view: View, noise: Noise) -> None:
     _over_time(command, view.t_s[near], view.u_V[near], color=FLOOR, lw=0.8, ls=":")
     command.set_ylabel("command u (V), dotted")
     _label(zoom, "The same, close up where the gap is largest", "time (s)", "error (um)")
+    _legend_above(zoom)
     _save(path, figure)
 
 
@@ -145,6 +150,17 @@ def _errors(axes: Axes, view: View, rows: slice, noise: Noise) -> None:
     axes.axhspan(-band, band, color="0.85", label="noise floor, 2 sigma")
     _over_time(axes, t, view.before_um[rows], color=BEFORE, lw=1.0, label="baseline")
     _over_time(axes, t, view.after_um[rows], color=AFTER, lw=0.8, label="augmented")
+
+
+def _legend_above(axes: Axes) -> None:
+    """On the title's line, where it hides nothing."""
+    axes.legend(
+        loc="lower right",
+        bbox_to_anchor=(1.0, 1.0),
+        borderaxespad=0.1,
+        frameon=False,
+        ncols=LEGEND_COLUMNS,
+    )
 
 
 def _near_worst(view: View) -> slice:
@@ -200,11 +216,12 @@ def _draw_shares(axes: Axes, regions: Sequence[Mapping[str, Any]]) -> None:
         at - 0.2, [100 * r["energy_share"] for r in regions], 0.38, color=BEFORE, label="of the gap"
     )
     samples = [100 * r["energy_share"] / max(r["enrichment"], 1e-12) for r in regions]
-    axes.barh(at + 0.2, samples, 0.38, color=FLOOR, label="of the samples or the spectrum")
+    axes.barh(at + 0.2, samples, 0.38, color=FLOOR, label="of the samples")
     axes.set_yticks(at, [region_label(r) for r in regions], parse_math=False)
     axes.invert_yaxis()
     axes.set_xlim(0, 100)
-    _label(axes, "Share of the gap's energy", "%", "")
+    _label(axes, "", "share of the gap's energy and of the samples (%)", "")
+    _legend_above(axes)
     if not regions:
         axes.text(0.5, 0.5, "nothing above the noise", ha="center", transform=axes.transAxes)
 
@@ -213,40 +230,40 @@ def region_label(region: Mapping[str, Any]) -> str:
     """A region in few words."""
     low, high, side = region["low"], region["high"], region.get("side", "between")
     axis = str(region["axis"]).replace("_", " ")
+    if axis == "record":
+        return f"record {printable(low)[:24]}"
     if isinstance(low, str) or high is None:
-        return f"{axis}: {printable(str(low)).replace('_', ' ')[:24]}"
+        return f"{axis}: {str(low).replace('_', ' ')}"
     ends = {"above": f"> {low:.4g}", "below": f"< {high:.4g}"}
-    return f"{axis} {ends.get(side, f'{low:.4g} to {high:.4g}')} {region['unit']}".rstrip()
+    said = f"{axis} {ends.get(side, f'{low:.4g} to {high:.4g}')} {region['unit']}".rstrip()
+    return f"{said} in {printable(region['record'])[:24]}" if "record" in region else said
 
 
 def _draw_map(axes: Axes, views: Sequence[View], mean: float) -> None:
-    """Rms of the gap over input and rate."""
+    """Rms of the gap over input and rate; the lowest row holds all slower rates, rest included."""
     from matplotlib.colors import LogNorm
 
     u = np.concatenate([v.u_V for v in views])
-    rate = np.concatenate([np.gradient(v.u_V, v.step_s) for v in views])
+    rate = np.concatenate([np.abs(np.gradient(v.u_V, v.step_s)) for v in views])
     gap2 = (np.concatenate([v.before_um for v in views]) - mean) ** 2
-    top = max(float(np.abs(rate).max()), 1e-9)
-    linear = max(float(np.quantile(np.abs(rate), 0.3)), 1e-4 * top)
-    edge = float(np.arcsinh(top / linear))
-    bins = [np.linspace(u.min(), u.max(), BINS_MAP + 1), np.linspace(-edge, edge, BINS_MAP + 1)]
-    count = np.histogram2d(u, np.arcsinh(rate / linear), bins)[0]
-    held = np.histogram2d(u, np.arcsinh(rate / linear), bins, weights=gap2)[0]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        rms = np.sqrt(held / count)
-    good = rms[np.isfinite(rms) & (rms > 0)]
-    low, high = np.quantile(good, [0.05, 1.0]) if good.size else (0.1, 1.0)
-    drawn = axes.pcolormesh(
-        bins[0],
-        linear * np.sinh(bins[1]),
-        rms.T,
-        cmap="cividis",
-        norm=LogNorm(max(float(low), 1e-3 * float(high)), float(high)),
+    top = max(float(rate.max()), 1e-9)
+    bottom = max(float(np.quantile(rate, 0.02)), top / RATES_RATIO)
+    edges = (
+        np.linspace(float(u.min()), float(u.max()), BINS_MAP + 1),
+        np.geomspace(bottom, 1.0001 * top, BINS_MAP + 1),
     )
-    axes.set_yscale("asinh", linear_width=linear)
-    bar = axes.figure.colorbar(drawn, ax=axes)
-    bar.set_label("rms (um)")
-    _label(axes, "Gap over command and rate", "command u (V)", "rate (V/s)")
+    rate = np.maximum(rate, bottom)
+    count = np.histogram2d(u, rate, edges)[0]
+    held = np.histogram2d(u, rate, edges, weights=gap2)[0]
+    rms = np.sqrt(np.divide(held, count, out=np.full_like(held, np.nan), where=count > 0))
+    good = rms[rms > 0]
+    high = float(good.max()) if good.size else 1.0
+    low = max(float(np.quantile(good, 0.05)), 1e-3 * high) if good.size else 0.1
+    norm = LogNorm(min(low, 0.9 * high), high)
+    drawn = axes.pcolormesh(*edges, rms.T, cmap="cividis", norm=norm)
+    axes.set_yscale("log")
+    axes.figure.colorbar(drawn, ax=axes).set_label("rms (um)")
+    _label(axes, "Gap over command and rate", "command u (V)", "rate, magnitude (V/s)")
 
 
 def _draw_spectrum(axes: Axes, views: Sequence[View], noise: Noise, mean: float) -> None:
@@ -254,52 +271,46 @@ def _draw_spectrum(axes: Axes, views: Sequence[View], noise: Noise, mean: float)
     low = min(1.0 / (v.t_s.size * v.step_s) for v in views)
     high = max(0.5 / v.step_s for v in views)
     edges = np.geomspace(low, high, BINS_SPECTRUM + 1)
-    for kind, colour, width in (("before", BEFORE, 1.2), ("after", AFTER, 1.0)):
-        density = _density(views, edges, kind, mean)
-        good = np.isfinite(density)
-        centre = np.sqrt(edges[1:] * edges[:-1])[good]
-        label = "baseline" if kind == "before" else "augmented"
-        axes.loglog(centre, density[good], color=colour, lw=width, label=label)
-    finest = min(v.step_s for v in views)
-    axes.loglog(
-        edges,
-        np.sqrt(2 * finest * noise.spectrum(edges, finest)),
-        color=FLOOR,
-        lw=2,
-        label="noise floor",
-    )
+    sums = np.zeros((4, BINS_SPECTRUM))
+    for view in views:
+        freq, before = _power(view.before_um - mean, view.step_s)
+        floor = 2 * view.step_s * noise.spectrum(freq, view.step_s)
+        at = np.clip(np.searchsorted(edges, freq, side="right") - 1, 0, BINS_SPECTRUM - 1)
+        each = (np.ones_like(freq), before, _power(view.after_um, view.step_s)[1], floor)
+        sums += [np.bincount(at, w, BINS_SPECTRUM) for w in each]
+    good = sums[0] > 0
+    centre = np.sqrt(edges[1:] * edges[:-1])[good]
+    lines = ((BEFORE, 1.2, "baseline"), (AFTER, 1.0, "augmented"), (FLOOR, 2.0, "noise floor"))
+    for held, (colour, width, label) in zip(sums[1:], lines, strict=True):
+        density = np.sqrt(held[good] / sums[0][good])
+        axes.loglog(centre, density, color=colour, lw=width, label=label)
     _label(axes, "Spectrum", "frequency (Hz)", "error (um / √Hz)")
 
 
-def _density(views: Sequence[View], edges: Array, kind: str, mean: float) -> Array:
+def _power(error_um: Array, step_s: float) -> tuple[Array, Array]:
+    """Frequency, Hz, and one-sided density, um^2 / Hz, without the mean."""
     from scipy.fft import next_fast_len, rfft, rfftfreq
 
-    power, count = np.zeros(edges.size - 1), np.zeros(edges.size - 1)
-    for view in views:
-        error = view.before_um - mean if kind == "before" else view.after_um
-        n = next_fast_len(error.size, real=True)
-        at = np.searchsorted(edges, rfftfreq(n, view.step_s)[1:], side="right") - 1
-        at = np.clip(at, 0, edges.size - 2)
-        p = np.abs(rfft(error, n)[1:]) ** 2 * 2 * view.step_s / error.size
-        power += np.bincount(at, p, edges.size - 1)
-        count += np.bincount(at, minlength=edges.size - 1)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        density: Array = np.sqrt(power / count)
-    return density
+    n = int(next_fast_len(error_um.size, real=True))
+    density = 2 * step_s * np.abs(rfft(error_um, n)) ** 2 / error_um.size
+    return rfftfreq(n, step_s)[1:], density[1:]
 
 
 def _draw_since_turn(axes: Axes, views: Sequence[View], noise: Noise, mean: float) -> None:
     since = np.concatenate([since_turn_s(v.u_V, v.step_s) for v in views])
-    since = np.maximum(since, 0.5 * min(v.step_s for v in views))
+    moved = since > 0
+    since = since[moved]
     edges = np.geomspace(since.min(), since.max() * 1.001, BINS_PROFILE + 1)
     at = np.searchsorted(edges, since, side="right") - 1
     count = np.bincount(at, minlength=BINS_PROFILE)
-    centre = np.sqrt(edges[1:] * edges[:-1])[count > 0]
+    good = count > 0
+    centre = np.sqrt(edges[1:] * edges[:-1])[good]
     before = np.concatenate([v.before_um for v in views]) - mean
     after = np.concatenate([v.after_um for v in views])
     for error, colour, label in ((before, BEFORE, "baseline"), (after, AFTER, "augmented")):
-        held = np.bincount(at, error**2, BINS_PROFILE)[count > 0]
-        axes.loglog(centre, np.sqrt(held / count[count > 0]), ".-", color=colour, lw=1, label=label)
+        held = np.bincount(at, error[moved] ** 2, BINS_PROFILE)
+        rms = np.sqrt(held[good] / count[good])
+        axes.loglog(centre, rms, ".-", color=colour, lw=1, label=label)
     axes.axhline(noise.rms_um, color=FLOOR, lw=2, label="noise floor")
     _label(axes, "Error after a turn of the command", "time since the turn (s)", "rms (um)")
 
@@ -311,37 +322,38 @@ def _draw_ranking(path: Path, diagnosis: Mapping[str, Any]) -> None:
     figure = _figure()
     axes = figure.subplots()
     ranking = list(diagnosis.get("ranking", []))[:RANKED_MAX]
+    figure.set_size_inches(11, 1.8 + 0.32 * len(ranking))
     verdict, gap = diagnosis["verdict"], diagnosis["gap"]
-    at = np.arange(len(ranking))
-    groups = (
-        ("in the verdict", FALLING, set(verdict["effects"])),
-        ("candidate", PROBABLE, set(verdict["candidates"]) - set(verdict["effects"])),
-    )
-    named = {e for _, _, effects in groups for e in effects}
-    other = ("not needed", "0.75", {r["effect"] for r in ranking} - named)
-    for label, colour, effects in (*groups, other):
-        rows = [i for i, r in enumerate(ranking) if r["effect"] in effects]
-        if rows:
-            axes.barh(at[rows], [ranking[i]["rms_um"] for i in rows], color=colour, label=label)
-    axes.axvline(gap["rms_um"], color=BEFORE, lw=1.5, label="baseline")
-    axes.axvline(gap["noise_floor_um"], color=MODEL, lw=1.5, ls="--", label="noise floor")
-    axes.set_yticks(at, [str(r["effect"]).replace("_", " ") for r in ranking])
-    axes.invert_yaxis()
-    if ranking:
-        axes.set_xscale("log")
-        axes.set_xlim(left=0.7 * min(gap["noise_floor_um"], *(r["rms_um"] for r in ranking)))
+    floor = max(float(gap["noise_floor_um"]), 1e-9)
     for i, entry in enumerate(ranking):
+        colour = _colour(entry["effect"], verdict)
+        left = max(float(entry["rms_um"]), 1e-9)
+        axes.hlines(i, floor, left, color=colour, lw=4)
+        axes.plot(left, i, "o", color=colour, ms=9)
         axes.annotate(
             in_percent(entry["closable_closed"]),
-            (entry["rms_um"], float(i)),
-            xytext=(4, 0),
+            (left, float(i)),
+            xytext=(10, 0),
             textcoords="offset points",
             va="center",
-            fontsize="small",
         )
-    title = "Error left by the best hypothesis with each effect (share of the closable gap closed)"
-    _label(axes, title, "rms on the training records (um)", "")
+    axes.axvline(floor, color=MODEL, lw=1.5, ls="--", label="noise floor")
+    axes.axvline(max(float(gap["rms_um"]), 1e-9), color=BEFORE, lw=1.5, label="baseline")
+    for label, colour in (("in the verdict", FALLING), ("candidate", PROBABLE), ("other", FLOOR)):
+        axes.plot([], [], "o", color=colour, label=label)
+    axes.set_yticks(range(len(ranking)), [str(r["effect"]).replace("_", " ") for r in ranking])
+    axes.invert_yaxis()
+    axes.set_xscale("log")
+    axes.margins(x=0.08)
+    _label(axes, "", "error left by the best hypothesis with the effect, rms (um); % closed", "")
+    _legend_above(axes)
     _save(path, figure)
+
+
+def _colour(effect: str, verdict: Mapping[str, Any]) -> str:
+    if effect in verdict["effects"]:
+        return FALLING
+    return PROBABLE if effect in verdict["candidates"] else FLOOR
 
 
 def in_percent(share: float | None) -> str:

@@ -121,6 +121,11 @@ class Quantity:
     ci95: str
     unit: str
 
+    @property
+    def said(self) -> str:
+        """On a line."""
+        return " ".join(f"{self.name} = {self.value} {self.unit} (95 %: {self.ci95})".split())
+
 
 def split_unit(key: str) -> tuple[str, str]:
     """Name and unit of a parameter's key."""
@@ -225,7 +230,7 @@ def terminal(diagnosis: Diagnosis) -> _Lines:
         (f"How far: {sentence_of_shrink(diagnosis)}", ""),
     ]
     for q in quantities(diagnosis)[:4]:
-        said.append((f"  {q.effect}: {q.name} {q.value} {q.unit} (95 %: {q.ci95})", "cyan"))
+        said.append((f"  {q.effect}: {q.said}", "cyan"))
     said += [
         (f"Do: {spoken_effect}: {todo}.", "") for spoken_effect, _, todo in remedies(diagnosis)
     ]
@@ -236,7 +241,8 @@ def terminal(diagnosis: Diagnosis) -> _Lines:
     faults = diagnosis.get("data_faults", [])
     if faults:
         records = len({f["record"] for f in faults})
-        said.append((f"Data faults: {len(faults)} in {records} records, left out.", "yellow"))
+        of = "one record" if records == 1 else f"{records} records"
+        said.append((f"Data faults: {len(faults)} in {of}, left out.", "yellow"))
     said += [(f"Warning: {w}", "yellow") for w in diagnosis.get("warnings", [])]
     return _Lines(said)
 
