@@ -90,6 +90,8 @@ def sentence_of_where(diagnosis: Diagnosis) -> str:
 def sentence_of_shrink(diagnosis: Diagnosis) -> str:
     """How far the gap shrinks on the hold-out records."""
     shrink, floor = diagnosis["shrink"], diagnosis["gap"]["noise_floor_um"]
+    if not shrink["records"]:
+        return "There is no hold-out record: how far the gap shrinks is not known."
     before, after = shrink["rms_before_um"], shrink["rms_after_um"]
     said = (
         f"On the hold-out records the error goes from {before:.3g} to {after:.3g} um rms; "
@@ -106,6 +108,15 @@ def _told(region: Mapping[str, Any]) -> str:
     share, times = 100 * region["energy_share"], region["enrichment"]
     plain = f"{share:.0f} % of the gap lies at {region_label(region)}, {times:.2g} times its share"
     return printable(region.get("sentence", plain))
+
+
+def sentence_of_next(diagnosis: Diagnosis) -> str | None:
+    """The next experiment, and why, where there is one."""
+    asked = diagnosis.get("next_experiment")
+    if not asked:
+        return None
+    why = f"{printable(asked['why'])}: " if "why" in asked else ""
+    return why + _inline({k: v for k, v in asked.items() if k != "why"})
 
 
 # -- tables -----------------------------------------------------------------------------------
@@ -188,16 +199,18 @@ def unseen(diagnosis: Diagnosis) -> list[tuple[str, str]]:
     return rows
 
 
-def _entries(value: Any) -> list[tuple[str, str]]:
-    """What an object of unknown keys says, one row per key."""
-    if not isinstance(value, Mapping):
-        return [("", _number(value))] if value else []
-    return [
-        (str(k).replace("_", " "), "; ".join(f"{a} {b}".strip() for a, b in _entries(v)))
-        if isinstance(v, Mapping)
-        else (printable(str(k).replace("_", " ")), _number(v))
-        for k, v in value.items()
-    ]
+def _entries(value: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """What an object of unknown keys says, a row per key, with the units that the keys carry."""
+    rows = []
+    for key, held in value.items():
+        name, unit = split_unit(printable(key))
+        inner = _inline(held) if isinstance(held, Mapping) else _number(held)
+        rows.append((name, f"{inner} {unit}".strip()))
+    return rows
+
+
+def _inline(value: Mapping[str, Any]) -> str:
+    return ", ".join(f"{name} {said}" for name, said in _entries(value))
 
 
 # -- terminal ---------------------------------------------------------------------------------
@@ -234,10 +247,9 @@ def terminal(diagnosis: Diagnosis) -> _Lines:
     said += [
         (f"Do: {spoken_effect}: {todo}.", "") for spoken_effect, _, todo in remedies(diagnosis)
     ]
-    following = diagnosis.get("next_experiment")
+    following = sentence_of_next(diagnosis)
     if following:
-        text = "; ".join(f"{k} {v}".strip() for k, v in _entries(following))
-        said.append((f"Next experiment: {text}", "yellow"))
+        said.append((f"Next experiment: {following}", "yellow"))
     faults = diagnosis.get("data_faults", [])
     if faults:
         records = len({f["record"] for f in faults})
@@ -282,10 +294,10 @@ def write_report(out: Path, diagnosis: Diagnosis) -> None:
 def _context(out: Path, diagnosis: Diagnosis) -> dict[str, Any]:
     faults = diagnosis.get("data_faults", [])
     case = diagnosis.get("case", {})
-    device = case.get("device", "") if isinstance(case, Mapping) else case
+    case = case if isinstance(case, Mapping) else {"device": case}
     return {
         "d": diagnosis,
-        "device": device,
+        "device": case.get("device", ""),
         "status": diagnosis["verdict"]["status"],
         "verdict": sentence_of_verdict(diagnosis),
         "where": sentence_of_where(diagnosis),
@@ -302,7 +314,7 @@ def _context(out: Path, diagnosis: Diagnosis) -> dict[str, Any]:
         "unseen": unseen(diagnosis),
         "faults": faults[:FAULTS_MAX],
         "faults_more": max(len(faults) - FAULTS_MAX, 0),
-        "next_experiment": _entries(diagnosis.get("next_experiment")),
+        "next_experiment": _entries(diagnosis.get("next_experiment") or {}),
         "case": _entries(case),
         "versions": _entries(diagnosis.get("versions", {})),
         "pictures": [
