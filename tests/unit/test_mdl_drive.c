@@ -4,6 +4,7 @@
 #include "mdl_test.h"
 
 #include "mdl_drive.h"
+#include "mdl_power.h"
 
 static const mdl_saturation_params hard = {MDL_C(100.0), MDL_C(-20.0), MDL_C(0.0)};
 static const mdl_saturation_params soft = {MDL_C(100.0), MDL_C(-20.0), MDL_C(0.5)};

@@ -10,6 +10,7 @@
 #include "mdl_major.h"
 #include "mdl_power.h"
 #include "mdl_rate.h"
+#include "mdl_shape.h"
 
 static mdl_major major;
 static mdl_lag state;
