@@ -59,7 +59,8 @@ def test_demo_prints_what_the_readme_says(tmp_path: Path) -> None:
         ["tools/demo.sh", tmp_path], cwd=ROOT, capture_output=True, text=True, check=True
     )
     printed = done.stdout.replace(str(tmp_path), "demo-out")
-    assert block("text", "nested triangles") in printed
+    hint = "copy what `make demo` prints and its predict.png (to tools/docs) into the README"
+    assert block("text", "nested triangles") in printed, hint
     named = re.findall(r"\b[a-z]+\.(?:csv|json|png)\b", printed.partition("Files are in")[2])
     assert sorted(named) == sorted(p.name for p in tmp_path.iterdir()) and len(named) == 6
     shown, drawn = imread(ROOT / "tools/docs/predict.png"), imread(tmp_path / "predict.png")
