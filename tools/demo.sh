@@ -5,7 +5,8 @@ out=$1
 madelung=.venv/bin/madelung
 mkdir -p "$out"
 $madelung simulate --seconds 40 --seed 1 -o "$out/identify.csv" >/dev/null
-$madelung simulate --waveform decaying --hz 0.333 --seconds 23 --seed 2 -o "$out/measured.csv" >/dev/null
+# At this rate every corner of the command is a sample.
+$madelung simulate --waveform decaying --hz 0.25 --rate 210 --seconds 30.5 --seed 2 -o "$out/measured.csv" >/dev/null
 echo
 echo "== Identified from four slow triangles:"
 $madelung identify "$out/identify.csv" -o "$out/model.json" --plot "$out/identify.png"
