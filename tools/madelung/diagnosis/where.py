@@ -70,7 +70,10 @@ USUAL_MIN = 0.02
 """Regions smaller than this share of the samples are no more telling for it."""
 TRIMMED = 0.03
 """A band of frequencies is narrowed as long as it keeps all but this share of its energy."""
+CHANCE = 1e-7
+"""Of noise to pass for a region: thousands of intervals are tried."""
 SIGMAS = 5.0
+"""Errors of the noise floor that are allowed for."""
 NOISE_ERROR = 0.03
 """Relative error of the noise floor beside that of its estimate."""
 BLOCKS = 200
@@ -405,9 +408,12 @@ class _Gap:
 
     def _bound(self, noise_energy: float, sample_share: float, spread: float) -> float:
         """Energy that noise does not pass."""
+        from scipy.stats import chi2
+
         free = max(sample_share * float(self.rows.sum()) / spread, 1.0)
-        error = np.sqrt(2 / free + 2 * self.spread / max(self.noise.samples, 1) + NOISE_ERROR**2)
-        return float(noise_energy * (1 + SIGMAS * error))
+        error = np.hypot(np.sqrt(2 * self.spread / max(self.noise.samples, 1)), NOISE_ERROR)
+        chance = float(chi2.isf(CHANCE, free)) / free
+        return float(noise_energy * chance * (1 + SIGMAS * error))
 
     # -- candidates -----------------------------------------------------------------------
 
