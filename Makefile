@@ -62,7 +62,7 @@ test-firmware: ## run the interrupt loop and the F28335's sources on a fake HAL 
 
 coverage: .venv/.done ## print the line coverage of firmware/core; fails below 100 %
 	@tools/unity.sh
-	@rm -f build/unit/f32-4096-cov/*.gcda
+	@rm -rf build/unit/f32-4096-cov
 	@$(UNIT) VARIANT=f32-4096-cov STAGE=coverage
 	@.venv/bin/gcovr --root . --filter firmware/core/ --fail-under-line 100 build/unit/f32-4096-cov
 
