@@ -7,6 +7,7 @@
 #define MDL_CLOCK_H
 
 #include "mdl_hal.h"
+#include "mdl_sample.h"
 
 /**
  * Sets the sample rate; the clock does not run yet. main calls it once, after mdl_adc_init.
@@ -24,8 +25,5 @@ void mdl_clock_start(void);
  * @return MDL_HAL_OK; MDL_HAL_OVERRUN when the next sample instant had already passed
  */
 mdl_hal_status mdl_clock_acknowledge(void);
-
-/** One sample. Defined by the application (main.c), called by the board's interrupt. */
-void mdl_on_sample(void);
 
 #endif

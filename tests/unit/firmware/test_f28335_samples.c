@@ -1,11 +1,33 @@
 /* The F28335's interrupt on the fake register file: what one sample does, a long run against the
  * chain, and every fault that the counters promise to count. */
-#include "board_run.c"
+#include "board_run.inc"
 
+#include "fake_f28335.h"
+#include "mdl_app.h"
+#include "mdl_backlash.h"
 #include "mdl_chain.h"
+#include "mdl_delay.h"
+#include "mdl_drive.h"
+#include "mdl_lag.h"
+#include "mdl_major.h"
+#include "mdl_mode.h"
+#include "mdl_params.h"
+#include "mdl_power.h"
+#include "mdl_rate.h"
+#include "mdl_shape.h"
+#include "mdl_traj.h"
 
 #include <stdlib.h>
 #include <string.h>
+
+/* clang-format off */
+TEST_SOURCE_FILE("f28335_adc.c")
+TEST_SOURCE_FILE("f28335_board.c")
+TEST_SOURCE_FILE("f28335_clock.c")
+TEST_SOURCE_FILE("f28335_dac_spi.c")
+TEST_SOURCE_FILE("f28335_dac_xintf.c")
+TEST_SOURCE_FILE("f28335_pin.c")
+/* clang-format on */
 
 #define COMMAND 0x3000u
 

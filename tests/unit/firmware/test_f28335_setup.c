@@ -1,6 +1,21 @@
 /* The set-up of the F28335 on the fake register file: what is written, in which order, under which
  * rules, and what happens when a part of the chip does not answer. */
-#include "board_run.c"
+#include "board_run.inc"
+
+#include "fake_f28335.h"
+#include "mdl_app.h"
+#include "mdl_backlash.h"
+#include "mdl_chain.h"
+#include "mdl_delay.h"
+#include "mdl_drive.h"
+#include "mdl_lag.h"
+#include "mdl_major.h"
+#include "mdl_mode.h"
+#include "mdl_params.h"
+#include "mdl_power.h"
+#include "mdl_rate.h"
+#include "mdl_shape.h"
+#include "mdl_traj.h"
 
 #include "mdl_adc.h"
 #include "mdl_board.h"
@@ -9,6 +24,15 @@
 
 #include <stdlib.h>
 #include <string.h>
+
+/* clang-format off */
+TEST_SOURCE_FILE("f28335_adc.c")
+TEST_SOURCE_FILE("f28335_board.c")
+TEST_SOURCE_FILE("f28335_clock.c")
+TEST_SOURCE_FILE("f28335_dac_spi.c")
+TEST_SOURCE_FILE("f28335_dac_xintf.c")
+TEST_SOURCE_FILE("f28335_pin.c")
+/* clang-format on */
 
 typedef struct {
     const char *name;
