@@ -120,8 +120,14 @@ def fast_V_per_s(every: Commands) -> float:
     return float(max(np.quantile(r, 0.95) for r in rates))
 
 
-def bias_V(every: Commands) -> float:
-    """Where the training record that never comes near the range's start begins, V."""
-    starts = [c for k, c in every.items() if k.startswith("train/")]
-    away = max(starts, key=lambda c: c.u_min_V)
-    return float(away.at([0.0])[0])
+def highest_V_per_s(every: Commands) -> float:
+    """The highest rate of all training commands, V/s."""
+    training = [c for k, c in every.items() if k.startswith("train/")]
+    return float(max(np.abs(np.diff(c.at(c.time_s))).max() * c.rate_hz for c in training))
+
+
+def bias_V(every: Commands, u_min_V: float, u_max_V: float) -> float:
+    """The lowest voltage above a quarter of the range at which a training record begins, V."""
+    starts = [float(c.at([0.0])[0]) for k, c in every.items() if k.startswith("train/")]
+    quarter = u_min_V + 0.25 * (u_max_V - u_min_V)
+    return min((v for v in starts if v > quarter), default=quarter)

@@ -6,7 +6,7 @@ The physics is in `madelung.stage` and host_sim.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
@@ -132,7 +132,9 @@ class Scene:
     loss_share
         Share of the stroke that the relays carry.
     fast_V_per_s
-        The rate that the records' moving commands reach.
+        The rate that the training records reach in a twentieth of the time.
+    highest_V_per_s
+        Their highest rate.
     bias_V
         A voltage at which some record starts.
     density_um
@@ -147,6 +149,7 @@ class Scene:
     stroke_um: float
     loss_share: float
     fast_V_per_s: float
+    highest_V_per_s: float
     bias_V: float
     density_um: dict[str, float]
     adc_step_um: float
@@ -181,7 +184,7 @@ def _saturation(rng: np.random.Generator, strength: float, scene: Scene) -> Para
 
 def _slew_limit(rng: np.random.Generator, strength: float, scene: Scene) -> Parameters:
     share = 1.0 - strength * (1.0 - rng.uniform(0.5, 0.8))
-    return {"slew_V_per_s": share * scene.fast_V_per_s}
+    return {"slew_V_per_s": share * scene.highest_V_per_s}
 
 
 def _amplifier_lag(rng: np.random.Generator, strength: float, scene: Scene) -> Parameters:
@@ -345,7 +348,7 @@ LATE = (
 
 
 def draw_effects(
-    wanted: dict[str, float | Parameters], rng: np.random.Generator, scene: Scene
+    wanted: Mapping[str, float | Parameters], rng: np.random.Generator, scene: Scene
 ) -> tuple[Effects, dict[str, Parameters]]:
     """Parameters of the effects wanted.
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 import tempfile
+from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from functools import cache
 from pathlib import Path
@@ -14,7 +15,7 @@ import cffi
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from madelung.campaigns import Campaign, Commands, bias_V, commands, fast_V_per_s
+from madelung.campaigns import Campaign, Commands, bias_V, commands, fast_V_per_s, highest_V_per_s
 from madelung.errors import InputError
 from madelung.records import Record, write_record
 from madelung.sim_effects import (
@@ -335,7 +336,7 @@ def simulate(
     u = drive(stage, command, t)
     if effects is None:
         return measure(stage, t, u, Hysteresis(stage).run(u), seed)
-    shown = _shown(stage, effects, command, seed)
+    shown = _shown(stage, effects, command, seed)[0]
     return measure(stage, t, u, shown, seed, int(effects.stuck_bit))
 
 
@@ -350,8 +351,8 @@ def drive(stage: Stage, command: Command, t_s: Floats) -> Floats:
     return quantise(command.at(t_s), stage.u_min_V, stage.u_max_V, stage.dac_bits)
 
 
-def _displacement(stage: Stage, effects: Effects, command: Command) -> tuple[Floats, float]:
-    """True displacement at the samples, shape (samples,), and at rest at u_min; um.
+def _displacement(stage: Stage, effects: Effects, command: Command) -> tuple[Floats, Floats, float]:
+    """True displacement (um) and drive (V) at the samples, and displacement at rest at u_min.
 
     Steps lie on the actuator's clock, which the record's clock is off by the skew: every n-th
     step is a sample.
@@ -370,7 +371,7 @@ def _displacement(stage: Stage, effects: Effects, command: Command) -> tuple[Flo
         power[0] = 0.0
         warm = _low_pass(power / effects.reference_V_per_s, step_s / _HEATING_TAU_S)
         y += effects.heating_um * warm
-    return y[::every] + rest_um, rest_um
+    return y[::every] + rest_um, u[::every], rest_um
 
 
 def _told(stage: Stage, command: Command, t_s: Floats) -> Floats:
@@ -460,10 +461,10 @@ def _mechanics(effects: Effects, y_um: Floats, step_s: float) -> Floats:
     return y
 
 
-def _shown(stage: Stage, effects: Effects, command: Command, seed: int) -> Floats:
-    """What the sensor shows before noise and converter; um, shape (samples,)."""
+def _shown(stage: Stage, effects: Effects, command: Command, seed: int) -> tuple[Floats, Floats]:
+    """What the sensor shows before noise and converter (um), and the drive (V), at the samples."""
     t_s = command.time_s
-    y_um, rest_um = _displacement(stage, effects, command)
+    y_um, drive_V, rest_um = _displacement(stage, effects, command)
     rng = np.random.default_rng([seed, 5])
     y = effects.gain * (y_um - rest_um) + rest_um + effects.offset_um
     y += effects.drift_um_per_s * t_s - effects.drift_um * np.expm1(-t_s / effects.drift_tau_s)
@@ -475,7 +476,8 @@ def _shown(stage: Stage, effects: Effects, command: Command, seed: int) -> Float
     y += effects.walk_um * np.cumsum(paces)
     hit = rng.uniform(size=t_s.size) < 1.0 / 200.0
     y += effects.impulse_um * hit * rng.standard_normal(t_s.size)
-    return y + effects.fringe_um * np.sin(2.0 * np.pi * y_um / effects.fringe_period_um)
+    y += effects.fringe_um * np.sin(2.0 * np.pi * y_um / effects.fringe_period_um)
+    return y, drive_V
 
 
 def measure(
@@ -519,13 +521,14 @@ def _held_from(n: int, share: float, seed: int) -> NDArray[np.int64]:
 
 def make_case(
     directory: Path,
-    effects: dict[str, float | Parameters] | None = None,
+    effects: Mapping[str, float | Parameters] | None = None,
     seed: int = 0,
     campaign: Campaign | str = Campaign.RICH,
     stage: Stage | None = None,
     every: Commands | None = None,
     noise_um: float | None = None,
     noise_ar: float | None = None,
+    monitor: bool = False,
 ) -> dict[str, Any]:
     """Write a case for `madelung diagnose` (contract: diagnose.md) and give its labels.
 
@@ -546,6 +549,8 @@ def make_case(
         The stage; None: `random_stage`.
     noise_um, noise_ar
         Instead of the stage's.
+    monitor
+        Whether the records have the amplifier's output, u_meas_V.
 
     Returns
     -------
@@ -574,7 +579,7 @@ def make_case(
     except OSError as error:
         raise InputError(f"{directory}: cannot be written: {error.strerror}") from error
     try:
-        deviation = _write_case(part, stage, every, chosen, seed)
+        deviation = _write_case(part, stage, every, chosen, seed, monitor)
         part.chmod(0o755)
         part.rename(directory)
     finally:
@@ -590,7 +595,7 @@ def make_case(
 
 
 def make_effects(
-    stage: Stage, every: Commands, wanted: dict[str, float | Parameters], seed: int = 0
+    stage: Stage, every: Commands, wanted: Mapping[str, float | Parameters], seed: int = 0
 ) -> tuple[Effects, dict[str, Parameters]]:
     """Effects of a stage and its commands by strength or parameters; see `draw_effects`."""
     if not wanted:
@@ -599,7 +604,7 @@ def make_effects(
 
 
 def _write_case(
-    directory: Path, stage: Stage, every: Commands, effects: Effects, seed: int
+    directory: Path, stage: Stage, every: Commands, effects: Effects, seed: int, monitor: bool
 ) -> dict[str, float]:
     """Write the files of a case; record to the rms by which the effects change it, um."""
     device = {
@@ -617,8 +622,10 @@ def _write_case(
         own_seed = int(np.random.SeedSequence([seed, 13, index]).generate_state(1)[0])
         t = command.time_s
         u = drive(stage, command, t)
-        shown = _shown(stage, acting, command, own_seed)
+        shown, drive_V = _shown(stage, acting, command, own_seed)
         record = measure(stage, t, u, shown, own_seed, int(acting.stuck_bit))
+        if monitor:
+            record = replace(record, u_meas_V=np.interp(record.t_s, t, drive_V).round(3))
         path = directory / f"{name}.csv"
         path.parent.mkdir(exist_ok=True)
         write_record(path, record)
@@ -646,21 +653,28 @@ def random_stage(seed: int) -> Stage:
 
 
 def _scene(stage: Stage, every: Commands) -> Scene:
-    unit = {
-        "density_odd": _asymmetry_um(stage, Effects(density_odd=0.5)),
-        "density_even": _non_masing_um(stage, Effects(density_even=0.5)),
-        "density_core": _non_masing_um(stage, Effects(density_core=0.5)),
-    }
     return Scene(
         stage.u_min_V,
         stage.u_max_V,
         stage.stroke_um,
         1.0 - _loss(stage)[1] * stage.range_V / stage.stroke_um,
         fast_V_per_s(every),
-        bias_V(every),
-        {name: size / 0.5 for name, size in unit.items()},
+        highest_V_per_s(every),
+        bias_V(every, stage.u_min_V, stage.u_max_V),
+        _density_um(stage),
         stage.adc_step_um,
     )
+
+
+@cache
+def _density_um(stage: Stage) -> dict[str, float]:
+    """See `Scene.density_um`; the deviations are proportional to the densities."""
+    unit = {
+        "density_odd": _asymmetry_um(stage, Effects(density_odd=0.5)),
+        "density_even": _non_masing_um(stage, Effects(density_even=0.5)),
+        "density_core": _non_masing_um(stage, Effects(density_core=0.5)),
+    }
+    return {name: size / 0.5 for name, size in unit.items()}
 
 
 def _asymmetry_um(stage: Stage, effects: Effects) -> float:
