@@ -37,7 +37,7 @@ def draw_identification(path: Path, found: Identification) -> None:
     InputError
         The name does not end in .png, or the folder cannot be written.
     """
-    figure = _figure()
+    figure = new_figure()
     loop, branch, rest, symmetry = figure.subplots(2, 2).flat
     model, unit = found.model, str(found.model.extra.get("y_unit", "um"))
     u = found.x_V + model.u_min_V
@@ -54,20 +54,20 @@ def draw_identification(path: Path, found: Identification) -> None:
         lw=1.2,
         label=f"model, degree {len(model.f0) - 1}",
     )
-    _label(loop, "Major loop", "command u (V)", f"displacement y ({unit})")
+    label_axes(loop, "Major loop", "command u (V)", f"displacement y ({unit})")
     for rising, name, colour in _branches(found):
         these = shown[rising[shown]]
         branch.plot(x_t[these], y_t[these], ".", color=colour, ms=3, label=f"{name}")
         rest.plot(u[these], (found.y - found.fitted)[these], ".", color=colour, ms=3, label=name)
     branch.plot(x, f0(x), color=MODEL, lw=1.2, label="f0")
-    _label(branch, "Both branches on the ascending one", "x = u - u_min (V)", f"y ({unit})")
+    label_axes(branch, "Both branches on the ascending one", "x = u - u_min (V)", f"y ({unit})")
     rest.axhline(0.0, color=MODEL, lw=0.8)
-    _label(rest, "What the fit leaves", "command u (V)", f"measured - fitted ({unit})")
+    label_axes(rest, "What the fit leaves", "command u (V)", f"measured - fitted ({unit})")
     centre = (np.arange(found.asymmetry.size) + 0.5) * model.range_V / found.asymmetry.size
     symmetry.plot(centre, found.asymmetry, color=RISING, label="rising - mirrored falling")
     symmetry.axhspan(-found.noise.sigma, found.noise.sigma, color="0.85", label="noise, 1 sigma")
-    _label(symmetry, "Asymmetry of the loop", "x = u - u_min (V)", f"difference ({unit})")
-    _save(path, figure)
+    label_axes(symmetry, "Asymmetry of the loop", "x = u - u_min (V)", f"difference ({unit})")
+    save_figure(path, figure)
 
 
 def draw_prediction(path: Path, found: Prediction) -> None:
@@ -78,32 +78,32 @@ def draw_prediction(path: Path, found: Prediction) -> None:
     InputError
         The name does not end in .png, or the folder cannot be written.
     """
-    figure = _figure()
+    figure = new_figure()
     loop, time, error, turns = figure.subplots(2, 2).flat
     record, unit = found.record, found.unit
     t, u = record.t_s, record.u_V
-    ends = _extremes(u)
+    ends = extremes(u)
     if record.y is not None:
         loop.plot(u[ends], record.y[ends], color=MEASURED, lw=3, label="measured")
-        _over_time(time, t, record.y, color=MEASURED, lw=3, label="measured")
+        draw_over_time(time, t, record.y, color=MEASURED, lw=3, label="measured")
         _draw_error(error, found)
     else:
         error.text(0.5, 0.5, "nothing measured", ha="center", transform=error.transAxes)
     loop.plot(u[ends], found.predicted[ends], color=MODEL, lw=0.9, label="predicted")
-    _label(loop, "Loop", "command u (V)", f"displacement y ({unit})")
-    _over_time(time, t, found.predicted, color=MODEL, lw=0.9, label="predicted")
-    _label(time, "Displacement", "time (s)", f"displacement y ({unit})")
-    _label(error, "Error", "time (s)", f"measured - predicted ({unit})")
-    _over_time(turns, t, found.turning_points.astype(np.float64), color=FALLING, lw=1.0)
+    label_axes(loop, "Loop", "command u (V)", f"displacement y ({unit})")
+    draw_over_time(time, t, found.predicted, color=MODEL, lw=0.9, label="predicted")
+    label_axes(time, "Displacement", "time (s)", f"displacement y ({unit})")
+    label_axes(error, "Error", "time (s)", f"measured - predicted ({unit})")
+    draw_over_time(turns, t, found.turning_points.astype(np.float64), color=FALLING, lw=1.0)
     turns.yaxis.get_major_locator().set_params(integer=True)
-    _label(turns, "Turning points held", "time (s)", "number")
-    _save(path, figure)
+    label_axes(turns, "Turning points held", "time (s)", "number")
+    save_figure(path, figure)
 
 
 def _draw_error(axes: Axes, found: Prediction) -> None:
     t = found.record.t_s[found.scored]
     stroke = stroke_of(found.model)
-    _over_time(axes, t, found.error, color=RISING, lw=0.8)
+    draw_over_time(axes, t, found.error, color=RISING, lw=0.8)
     axes.axhline(0.0, color=MODEL, lw=0.8)
     if stroke > 0.0:
         one = stroke / 100.0
@@ -121,24 +121,25 @@ def _every(size: int) -> NDArray[np.intp]:
     return np.unique(np.linspace(0, size - 1, min(size, POINTS_MAX)).astype(np.intp))
 
 
-def _extremes(values: Floats) -> NDArray[np.intp]:
+def extremes(values: Floats) -> NDArray[np.intp]:
     """Rows of the lowest and highest value of every stretch, so that no peak is lost."""
     if values.size <= POINTS_MAX:
         return np.arange(values.size)
     length = -(-2 * values.size // POINTS_MAX)
-    whole = values.size // length * length
-    parts = values[:whole].reshape(-1, length)
-    starts = np.arange(0, whole, length)
+    parts = np.pad(values, (0, -values.size % length), mode="edge").reshape(-1, length)
+    starts = np.arange(parts.shape[0]) * length
     low, high = starts + parts.argmin(axis=1), starts + parts.argmax(axis=1)
     return np.unique(np.concatenate((low, high, [0, values.size - 1])))
 
 
-def _over_time(axes: Axes, t: Floats, values: Floats, **style: object) -> None:
-    rows = _extremes(values)
+def draw_over_time(axes: Axes, t: Floats, values: Floats, **style: object) -> None:
+    """Draw a line over time that keeps its peaks."""
+    rows = extremes(values)
     axes.plot(t[rows], values[rows], **style)  # type: ignore[arg-type]
 
 
-def _label(axes: Axes, title: str, x: str, y: str) -> None:
+def label_axes(axes: Axes, title: str, x: str, y: str) -> None:
+    """Title, axes, grid, and a legend where something has a label."""
     axes.set_title(title, loc="left", fontweight="bold")
     axes.set_xlabel(x)
     axes.set_ylabel(y)
@@ -148,7 +149,8 @@ def _label(axes: Axes, title: str, x: str, y: str) -> None:
         axes.legend(framealpha=0.9, edgecolor="none", markerscale=3)
 
 
-def _figure() -> Figure:
+def new_figure() -> Figure:
+    """A figure that is drawn without a screen."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -157,7 +159,14 @@ def _figure() -> Figure:
     return figure
 
 
-def _save(path: Path, figure: Figure) -> None:
+def save_figure(path: Path, figure: Figure) -> None:
+    """Write a PNG, whole or not at all, with nothing in it that differs between runs.
+
+    Raises
+    ------
+    InputError
+        The name does not end in .png, or the folder cannot be written.
+    """
     if path.suffix.lower() != ".png":
         raise InputError(f"{path}: pictures are PNG: give a name that ends in .png")
     with replacing(path) as part:

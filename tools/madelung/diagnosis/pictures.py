@@ -17,11 +17,11 @@ from madelung.plots import (
     MEASURED,
     MODEL,
     RISING,
-    _extremes,
-    _figure,
-    _label,
-    _over_time,
-    _save,
+    draw_over_time,
+    extremes,
+    label_axes,
+    new_figure,
+    save_figure,
 )
 
 if TYPE_CHECKING:
@@ -117,39 +117,39 @@ def _name(view: View) -> str:
 
 
 def _draw_gap(path: Path, view: View, noise: Noise) -> None:
-    figure = _figure()
+    figure = new_figure()
     whole, rest, zoom = figure.subplots(3, 1)
     _displacements(whole, view, slice(None))
-    _label(whole, "", "", "displacement y (um)")
+    label_axes(whole, "", "", "displacement y (um)")
     _legend_above(whole)
     whole.set_title(f"Record {_name(view)}", loc="left", fontweight="bold", parse_math=False)
     _errors(rest, view, slice(None), noise)
-    _label(rest, "What each prediction misses", "", "error (um)")
+    label_axes(rest, "What each prediction misses", "", "error (um)")
     _legend_above(rest)
     rest.set_xlim(*whole.get_xlim())
     near = _near_worst(view)
     _errors(zoom, view, near, noise)
     command = zoom.twinx()
-    _over_time(command, view.t_s[near], view.u_V[near], color=FLOOR, lw=0.8, ls=":")
+    draw_over_time(command, view.t_s[near], view.u_V[near], color=FLOOR, lw=0.8, ls=":")
     command.set_ylabel("command u (V), dotted")
-    _label(zoom, "The same, close up where the gap is largest", "time (s)", "error (um)")
+    label_axes(zoom, "The same, close up where the gap is largest", "time (s)", "error (um)")
     _legend_above(zoom)
-    _save(path, figure)
+    save_figure(path, figure)
 
 
 def _displacements(axes: Axes, view: View, rows: slice) -> None:
     t = view.t_s[rows]
-    _over_time(axes, t, view.y_um[rows], color=MEASURED, lw=3, label="measured")
-    _over_time(axes, t, view.baseline_um[rows], color=BEFORE, lw=1.2, label="baseline")
-    _over_time(axes, t, view.augmented_um[rows], color=AFTER, lw=0.9, label="augmented")
+    draw_over_time(axes, t, view.y_um[rows], color=MEASURED, lw=3, label="measured")
+    draw_over_time(axes, t, view.baseline_um[rows], color=BEFORE, lw=1.2, label="baseline")
+    draw_over_time(axes, t, view.augmented_um[rows], color=AFTER, lw=0.9, label="augmented")
 
 
 def _errors(axes: Axes, view: View, rows: slice, noise: Noise) -> None:
     t = view.t_s[rows]
     band = 2 * noise.rms_um
     axes.axhspan(-band, band, color="0.85", label="noise floor, 2 sigma")
-    _over_time(axes, t, view.before_um[rows], color=BEFORE, lw=1.0, label="baseline")
-    _over_time(axes, t, view.after_um[rows], color=AFTER, lw=0.8, label="augmented")
+    draw_over_time(axes, t, view.before_um[rows], color=BEFORE, lw=1.0, label="baseline")
+    draw_over_time(axes, t, view.after_um[rows], color=AFTER, lw=0.8, label="augmented")
 
 
 def _legend_above(axes: Axes) -> None:
@@ -178,20 +178,20 @@ def _near_worst(view: View) -> slice:
 
 
 def _draw_loops(path: Path, views: Sequence[View]) -> None:
-    figure = _figure()
+    figure = new_figure()
     grid = figure.subplots(2, len(views), squeeze=False, sharex="col")
     for (loop, rest), view in zip(grid.T, views, strict=True):
-        rows = _extremes(view.before_um)
+        rows = extremes(view.before_um)
         u = view.u_V[rows]
         loop.plot(u, view.y_um[rows], color=MEASURED, lw=2.5, label="measured")
         loop.plot(u, view.baseline_um[rows], color=BEFORE, lw=1.0, label="baseline")
         loop.plot(u, view.augmented_um[rows], color=AFTER, lw=0.8, label="augmented")
-        _label(loop, "", "", "displacement y (um)")
+        label_axes(loop, "", "", "displacement y (um)")
         loop.set_title(_name(view), loc="left", fontweight="bold", parse_math=False)
         rest.plot(u, view.before_um[rows], color=BEFORE, lw=0.7, label="baseline")
         rest.plot(u, view.after_um[rows], color=AFTER, lw=0.6, label="augmented")
-        _label(rest, "", "command u (V)", "measured - predicted (um)")
-    _save(path, figure)
+        label_axes(rest, "", "command u (V)", "measured - predicted (um)")
+    save_figure(path, figure)
 
 
 # -- where ------------------------------------------------------------------------------------
@@ -200,14 +200,14 @@ def _draw_loops(path: Path, views: Sequence[View]) -> None:
 def _draw_where(
     path: Path, views: Sequence[View], noise: Noise, diagnosis: Mapping[str, Any]
 ) -> None:
-    figure = _figure()
+    figure = new_figure()
     shares, place, spectrum, turn = figure.subplots(2, 2).flat
     _draw_shares(shares, diagnosis.get("where", []))
     mean = float(np.mean(np.concatenate([v.before_um for v in views])))
     _draw_map(place, views, mean)
     _draw_spectrum(spectrum, views, noise, mean)
     _draw_since_turn(turn, views, noise, mean)
-    _save(path, figure)
+    save_figure(path, figure)
 
 
 def _draw_shares(axes: Axes, regions: Sequence[Mapping[str, Any]]) -> None:
@@ -220,7 +220,7 @@ def _draw_shares(axes: Axes, regions: Sequence[Mapping[str, Any]]) -> None:
     axes.set_yticks(at, [region_label(r) for r in regions], parse_math=False)
     axes.invert_yaxis()
     axes.set_xlim(0, 100)
-    _label(axes, "", "share of the gap's energy and of the samples (%)", "")
+    label_axes(axes, "", "share of the gap's energy and of the samples (%)", "")
     _legend_above(axes)
     if not regions:
         axes.text(0.5, 0.5, "nothing above the noise", ha="center", transform=axes.transAxes)
@@ -263,7 +263,7 @@ def _draw_map(axes: Axes, views: Sequence[View], mean: float) -> None:
     drawn = axes.pcolormesh(*edges, rms.T, cmap="cividis", norm=norm)
     axes.set_yscale("log")
     axes.figure.colorbar(drawn, ax=axes).set_label("rms (um)")
-    _label(axes, "Gap over command and rate", "command u (V)", "rate, magnitude (V/s)")
+    label_axes(axes, "Gap over command and rate", "command u (V)", "rate, magnitude (V/s)")
 
 
 def _draw_spectrum(axes: Axes, views: Sequence[View], noise: Noise, mean: float) -> None:
@@ -284,7 +284,7 @@ def _draw_spectrum(axes: Axes, views: Sequence[View], noise: Noise, mean: float)
     for held, (colour, width, label) in zip(sums[1:], lines, strict=True):
         density = np.sqrt(held[good] / sums[0][good])
         axes.loglog(centre, density, color=colour, lw=width, label=label)
-    _label(axes, "Spectrum", "frequency (Hz)", "error (um / √Hz)")
+    label_axes(axes, "Spectrum", "frequency (Hz)", "error (um / √Hz)")
 
 
 def _power(error_um: Array, step_s: float) -> tuple[Array, Array]:
@@ -312,14 +312,14 @@ def _draw_since_turn(axes: Axes, views: Sequence[View], noise: Noise, mean: floa
         rms = np.sqrt(held[good] / count[good])
         axes.loglog(centre, rms, ".-", color=colour, lw=1, label=label)
     axes.axhline(noise.rms_um, color=FLOOR, lw=2, label="noise floor")
-    _label(axes, "Error after a turn of the command", "time since the turn (s)", "rms (um)")
+    label_axes(axes, "Error after a turn of the command", "time since the turn (s)", "rms (um)")
 
 
 # -- ranking ----------------------------------------------------------------------------------
 
 
 def _draw_ranking(path: Path, diagnosis: Mapping[str, Any]) -> None:
-    figure = _figure()
+    figure = new_figure()
     axes = figure.subplots()
     ranking = list(diagnosis.get("ranking", []))[:RANKED_MAX]
     figure.set_size_inches(11, 1.8 + 0.32 * len(ranking))
@@ -345,9 +345,11 @@ def _draw_ranking(path: Path, diagnosis: Mapping[str, Any]) -> None:
     axes.invert_yaxis()
     axes.set_xscale("log")
     axes.margins(x=0.08)
-    _label(axes, "", "error left by the best hypothesis with the effect, rms (um); % closed", "")
+    label_axes(
+        axes, "", "error left by the best hypothesis with the effect, rms (um); % closed", ""
+    )
     _legend_above(axes)
-    _save(path, figure)
+    save_figure(path, figure)
 
 
 def _colour(effect: str, verdict: Mapping[str, Any]) -> str:

@@ -1,0 +1,340 @@
+"""The report of a diagnosis: its sentences, the page, the terminal and the pictures."""
+
+import base64
+import io
+import json
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+from rich.console import Console
+
+from madelung.diagnosis.noise import Noise
+from madelung.diagnosis.pictures import NAMES, View, draw
+from madelung.diagnosis.report import (
+    LINES_MAX,
+    sentence_of_shrink,
+    sentence_of_verdict,
+    split_unit,
+    terminal,
+    write_report,
+)
+from madelung.diagnosis.where import Region
+
+SCHEMA = Path("../shared/contracts/diagnosis.schema.json")
+HOSTILE = '<script>alert(1)</script>"><img src=x onerror=alert(2)> $x^{ \x1b[31m{{7*7}}'
+NOISE = Noise(0.01, 0.0, 0.01, 10_000, known=True)
+
+
+def entry(effect: str, rms: float, closed: float | None, **parameters: Any) -> dict[str, Any]:
+    return {
+        "effect": effect,
+        "effects": [effect],
+        "rms_um": rms,
+        "closable_closed": closed,
+        "p_value": 1e-20,
+        "parameters": {k: {"value": v, "ci95": [0.9 * v, 1.1 * v]} for k, v in parameters.items()},
+    }
+
+
+def diagnosis() -> dict[str, Any]:
+    region = Region(
+        "rate", 500.0, 900.0, "V/s", "above", None, 0.83, 9.2, 0.09, (0.8, 0.86), (8.0, 10.0)
+    )
+    return {
+        "schema": "madelung.diagnosis/1",
+        "gap": {
+            "rms_um": 0.12,
+            "max_um": 0.6,
+            "percent_of_stroke": 2.1,
+            "noise_floor_um": 0.01,
+        },
+        "where": [region.to_json()],
+        "verdict": {
+            "status": "identified",
+            "effects": ["delay", "creep"],
+            "candidates": [],
+            "confidence": 0.97,
+            "remainder_share": 0.004,
+        },
+        "ranking": [
+            entry("delay", 0.0101, 0.998, delay_s=4e-4),
+            entry("creep", 0.0101, 0.998, creep_per_decade=0.012),
+            entry("slew_limit", 0.09, 0.4, slew_V_per_s=900.0),
+            entry("drift", 0.13, None),
+        ],
+        "shrink": {
+            "records": [{"name": "hold", "rms_before_um": 0.11, "rms_after_um": 0.0102}],
+            "rms_before_um": 0.11,
+            "rms_after_um": 0.0102,
+            "closable_closed": 0.9966,
+            "closable_closed_ci95": [0.995, 0.998],
+            "regions": [{**region.to_json(), "rms_before_um": 0.1, "rms_after_um": 0.009}],
+        },
+        "data_faults": [{"record": "sweep", "rows": [7, 19], "kind": "stuck"}],
+        "detectable": {"delay": 1.2e-5, "resonance": None},
+        "next_experiment": None,
+        "case": {"device": "stage 4", "u_min_V": 0.0, "u_max_V": 40.0},
+        "seed": 5,
+        "warnings": ["sweep.csv: rows in which y is stuck while u moves: 13"],
+    }
+
+
+def changed(status: str, **verdict: Any) -> dict[str, Any]:
+    d = diagnosis()
+    d["verdict"] = {**d["verdict"], "status": status, "effects": [], **verdict}
+    return d
+
+
+def views() -> list[View]:
+    t = np.arange(6000) * 1e-3
+    rng = np.random.default_rng(2)
+    made = []
+    for name, role, hz in (("sweep", "train", 2.0), (HOSTILE, "holdout", 3.0)):
+        u = 20.0 - 20.0 * np.cos(2 * np.pi * hz * t)
+        y = 0.1 * u + 0.01 * rng.standard_normal(t.size)
+        made.append(View(name, role, t, u, y, y - 0.002 * np.gradient(u, t), 0.1 * u))
+    return made
+
+
+@pytest.fixture(scope="module")
+def drawn(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the four pictures, of records with hostile names."""
+    out = tmp_path_factory.mktemp("drawn")
+    d = diagnosis()
+    d["where"] += [{**d["where"][0], "axis": "record", "low": HOSTILE, "high": None}]
+    draw(out, views(), NOISE, d)
+    return out
+
+
+def text_of(d: dict[str, Any], width: int) -> str:
+    console = Console(file=io.StringIO(), width=width, force_terminal=False)
+    console.print(terminal(d))
+    out = console.file
+    assert isinstance(out, io.StringIO)
+    return out.getvalue()
+
+
+class Page(HTMLParser):
+    """Collects tags with attributes, and text."""
+
+    def __init__(self, html: str) -> None:
+        super().__init__()
+        self.tags: list[tuple[str, dict[str, str | None]]] = []
+        self.text = ""
+        self.feed(html)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append((tag, dict(attrs)))
+
+    def handle_data(self, data: str) -> None:
+        self.text += data
+
+
+def page_of(out: Path, d: dict[str, Any]) -> Page:
+    write_report(out, d)
+    return Page((out / "report.html").read_text(encoding="utf-8"))
+
+
+# -- sentences --------------------------------------------------------------------------------
+
+
+def test_the_diagnosis_of_these_tests_fits_the_contract() -> None:
+    if not SCHEMA.exists():
+        pytest.skip("the contract is not here")
+    import jsonschema
+
+    jsonschema.validate(diagnosis(), json.loads(SCHEMA.read_text(encoding="utf-8")))
+
+
+@pytest.mark.parametrize(
+    ("d", "said"),
+    [
+        (diagnosis(), "The causes of the gap are delay and creep (confidence 97 %; 0.4 % of"),
+        (changed("identified", effects=["slew_limit"]), "The cause of the gap is slew limit ("),
+        (
+            changed("ambiguous", candidates=["delay", "amplifier_lag", "resonance"]),
+            "The cause is delay, amplifier lag or resonance: this data cannot tell them apart",
+        ),
+        (
+            changed("ambiguous", candidates=["creep", "drift"], effects=["gain_offset"]),
+            "Gain offset is part of it in any case.",
+        ),
+        (
+            changed("unknown", candidates=["creep"], remainder_share=0.31),
+            "No effect of the list explains the gap: 31.0 % of the gap's energy stays unexplained",
+        ),
+        (changed("unknown", candidates=["creep"]), "What is proven all the same: creep."),
+        (changed("no_gap"), "There is no gap that this campaign could show: the baseline misses"),
+    ],
+)
+def test_verdict_in_a_sentence(d: dict[str, Any], said: str) -> None:
+    assert said in sentence_of_verdict(d)
+
+
+def test_how_far_in_a_sentence() -> None:
+    d = diagnosis()
+    assert sentence_of_shrink(d) == (
+        "On the hold-out records the error goes from 0.11 to 0.0102 um rms; the noise floor is "
+        "0.01 um: 99.7 % (95 %: 99.5 % to 99.8 %) of what can be closed is closed."
+    )
+    d["shrink"] |= {"closable_closed": None, "closable_closed_ci95": None}
+    assert sentence_of_shrink(d).endswith("nothing there can be closed.")
+    d["shrink"]["records"] = []
+    assert "no hold-out record" in sentence_of_shrink(d)
+
+
+@pytest.mark.parametrize(
+    ("key", "split"),
+    [
+        ("slew_V_per_s", ("slew", "V/s")),
+        ("delay_s", ("delay", "s")),
+        ("fn_hz", ("fn", "Hz")),
+        ("dead_band_um", ("dead band", "um")),
+        ("creep_per_decade", ("creep", "of the step per decade of time")),
+        ("zeta", ("zeta", "")),
+    ],
+)
+def test_units_of_keys(key: str, split: tuple[str, str]) -> None:
+    assert split_unit(key) == split
+
+
+# -- terminal ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("width", [50, 80, 160])
+def test_at_most_twenty_lines(width: int) -> None:
+    d = diagnosis()
+    d["warnings"] = ["something is odd " * 8] * 30
+    d["where"] = d["where"] * 6
+    d["next_experiment"] = {"waveform": "multisine", "rate_hz": 2000.0, "why": "phase tells"}
+    lines = text_of(d, width).rstrip("\n").split("\n")
+    assert 5 < len(lines) <= LINES_MAX
+    assert max(map(len, lines)) <= width
+
+
+def test_terminal_tells_what_matters() -> None:
+    d = diagnosis()
+    d["next_experiment"] = {"waveform": "steps", "rate_hz": 200.0, "why": "creep and drift differ"}
+    text = " ".join(text_of(d, 100).split())
+    assert "83 % of the gap lies where the command moves faster than 500 V/s" in text
+    assert "delay: delay = 0.0004 s (95 %: 0.00036 to 0.00044)" in text
+    assert "switch the creep block on" in text
+    assert "Next experiment: creep and drift differ: waveform steps, rate 200 Hz" in text
+    assert "Data faults: 1 in one record" in text
+
+
+def test_hostile_names_do_not_steer_the_terminal() -> None:
+    d = diagnosis()
+    d["where"][0]["sentence"] = HOSTILE
+    d["warnings"] = [HOSTILE, "[bold]x[/bold]"]
+    text = text_of(d, 200)
+    assert "\x1b" not in text
+    assert "[bold]x[/bold]" in text
+
+
+# -- page -------------------------------------------------------------------------------------
+
+
+def test_page_tells_everything(tmp_path: Path) -> None:
+    d = diagnosis()
+    page = page_of(tmp_path, d)
+    for said in (
+        sentence_of_verdict(d),
+        d["where"][0]["sentence"],
+        sentence_of_shrink(d),
+        "switch the creep block on",
+        "0.00036 to 0.00044",
+        "slew limit",
+        "rate > 500 V/s",
+        "1.2e-05 s",
+        "not at any size",
+        "7 to 19",
+        "madelung diagnose CASE_DIR -o OUT_DIR --seed 5",
+        "stage 4",
+    ):
+        assert said in page.text, said
+
+
+def test_page_holds_its_pictures_and_needs_nothing_else(drawn: Path) -> None:
+    page = page_of(drawn, diagnosis())
+    sources = [a["src"] or "" for tag, a in page.tags if tag == "img"]
+    held = [base64.b64decode(s.removeprefix("data:image/png;base64,")) for s in sources]
+    assert held == [(drawn / f"{name}.png").read_bytes() for name in NAMES]
+    html = (drawn / "report.html").read_text(encoding="utf-8")
+    assert "http:" not in html and "https:" not in html and "url(" not in html
+    assert not [tag for tag, _ in page.tags if tag in ("script", "link", "iframe")]
+
+
+def test_hostile_names_are_shown_and_not_run(tmp_path: Path) -> None:
+    d = diagnosis()
+    d["case"]["device"] = HOSTILE
+    d["case"][HOSTILE] = HOSTILE
+    d["shrink"]["records"][0]["name"] = HOSTILE
+    d["data_faults"][0]["record"] = HOSTILE
+    d["where"][0] |= {"axis": "record", "low": HOSTILE, "high": None, "sentence": HOSTILE}
+    d["warnings"] = [HOSTILE]
+    d["command"] = HOSTILE
+    d["next_experiment"] = {HOSTILE: HOSTILE}
+    page = page_of(tmp_path, d)
+    assert {t for t, _ in page.tags} <= {
+        *("html", "head", "meta", "title", "style", "body", "h1", "h2", "div", "p", "table"),
+        *("tr", "th", "td", "figure", "img", "figcaption", "code"),
+    }
+    assert not [a for _, a in page.tags if any(k.startswith("on") for k in a)]
+    assert page.text.count("<script>alert(1)</script>") >= 7
+    assert "\x1b" not in page.text and "{{7*7}}" in page.text
+
+
+@pytest.mark.parametrize("status", ["ambiguous", "unknown"])
+def test_page_of_every_verdict(tmp_path: Path, status: str) -> None:
+    d = changed(status, candidates=["creep", "drift"])
+    page = page_of(tmp_path, d)
+    assert sentence_of_verdict(d) in page.text
+    assert ("div", {"class": f"verdict {status}"}) in page.tags
+    assert "take the drift out of the record" in page.text
+
+
+def test_page_and_pictures_of_next_to_nothing(tmp_path: Path) -> None:
+    d = changed("no_gap") | {"where": [], "ranking": [], "data_faults": [], "detectable": {}}
+    nothing = {"records": [], "closable_closed": None, "closable_closed_ci95": None, "regions": []}
+    d["shrink"] |= nothing
+    draw(tmp_path, views()[:1], NOISE, d)
+    page = page_of(tmp_path, d)
+    assert sentence_of_verdict(d) in page.text
+    assert len([t for t, _ in page.tags if t == "img"]) == len(NAMES)
+    assert "Ranking" not in page.text
+
+
+# -- pictures ---------------------------------------------------------------------------------
+
+
+def test_same_input_same_bytes_and_no_dates(drawn: Path, tmp_path: Path) -> None:
+    d = diagnosis()
+    d["where"] += [{**d["where"][0], "axis": "record", "low": HOSTILE, "high": None}]
+    draw(tmp_path, views(), NOISE, d)
+    for folder in (drawn, tmp_path):
+        write_report(folder, d)
+    for name in (*(f"{n}.png" for n in NAMES), "report.html"):
+        assert (drawn / name).read_bytes() == (tmp_path / name).read_bytes()
+    for name in NAMES:
+        assert set(Image.open(drawn / f"{name}.png").info) <= {"dpi"}
+    html = (drawn / "report.html").read_text(encoding="utf-8")
+    assert not re.search(r"20\d\d-\d\d-\d\d", html)
+
+
+def test_a_picture_shows_a_single_bad_row_of_a_long_record(tmp_path: Path) -> None:
+    t = np.arange(200_000) * 1e-4
+    u = 20.0 - 20.0 * np.cos(2 * np.pi * 0.5 * t)
+    error = np.zeros(t.size)
+    error[123_457] = 1.0
+    view = View("long", "holdout", t, u, 0.1 * u, 0.1 * u - error, 0.1 * u)
+    draw(tmp_path, [view], NOISE, diagnosis())
+    pixels = np.asarray(Image.open(tmp_path / "gap.png").convert("RGB"), np.int16)
+    rest = pixels[pixels.shape[0] // 3 : 2 * pixels.shape[0] // 3]
+    spike = (np.abs(rest - [0xD5, 0x5E, 0x00]).sum(axis=2) < 200).any(axis=1)
+    assert spike.sum() > 0.4 * rest.shape[0]
