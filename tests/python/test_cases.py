@@ -334,13 +334,23 @@ def test_command_simulates_an_effect_in_one_record(tmp_path: Path) -> None:
     assert np.ptp(read_record(tmp_path / "ring.csv").y) > 25.0
 
 
-def test_command_writes_the_next_experiment(tmp_path: Path) -> None:
-    wanted = {"waveform": "multisine", "seconds": 4.0, "rate_hz": 500.0, "band_hz": [1.0, 40.0]}
+@pytest.mark.parametrize("waveform", ["multisine", "steps", "decaying"])
+def test_command_writes_the_next_experiment(waveform: str, tmp_path: Path) -> None:
+    wanted = {"waveform": waveform, "seconds": 20.0, "rate_hz": 500.0, "why": "it tells them apart"}
+    wanted |= {"u_min_V": 2.0, "u_max_V": 30.0, "f_low_hz": 0.2, "f_high_hz": 25.0}
     diagnosis = tmp_path / "diagnosis.json"
-    diagnosis.write_text(json.dumps({"next_experiment": {"command": wanted}}))
+    diagnosis.write_text(json.dumps({"next_experiment": wanted}))
     run("--from", str(diagnosis), "-o", str(tmp_path / "next.csv"))
     record = read_record(tmp_path / "next.csv")
-    assert record.y is None and record.t_s.size == 2000 and np.ptp(record.u_V) > 35.0
+    assert record.y is None and record.t_s.size == 10000
+    assert 2.0 <= record.u_V.min() < 3.0 and 29.0 < record.u_V.max() <= 30.0
+
+
+@pytest.mark.parametrize("text", ["", "{}", '{"next_experiment": null}'])
+def test_command_needs_a_next_experiment(text: str, tmp_path: Path) -> None:
+    (diagnosis := tmp_path / "diagnosis.json").write_text(text)
+    with pytest.raises(InputError, match="no next experiment"):
+        run("--from", str(diagnosis), "-o", str(tmp_path / "next.csv"))
 
 
 @pytest.mark.parametrize(

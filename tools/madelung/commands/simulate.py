@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import secrets
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -352,19 +352,32 @@ def _write_command(diagnosis: Path, output: Path) -> None:
     """Write the command of a diagnosis's next experiment: t_s,u_V."""
     from madelung.records import Record, write_record
 
-    known = [f.name for f in fields(Command)]
-    try:
-        told = json.loads(diagnosis.read_text(encoding="utf-8"))["next_experiment"]["command"]
-        values: dict[str, Any] = {
-            k: tuple(v) if isinstance(v, list) else v for k, v in told.items()
-        }
-        command = Command(**values)
-    except OSError as error:
-        raise InputError(f"{diagnosis}: cannot be read: {error.strerror}") from error
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
-        raise InputError(
-            f"{diagnosis}: no next_experiment with a command of {', '.join(known)}"
-        ) from error
+    command = _next_command(diagnosis)
     t = command.time_s
     write_record(output, Record(str(output), t.round(6), command.at(t).round(6)))
     typer.echo(f"{output}: {t.size} rows")
+
+
+def _next_command(diagnosis: Path) -> Command:
+    """The command of ``next_experiment``.
+
+    f_low_hz and f_high_hz are the band of a multisine; f_low_hz is the frequency of whatever
+    repeats, and levels rest for a period of f_high_hz.
+    """
+    try:
+        told = json.loads(diagnosis.read_text(encoding="utf-8"))["next_experiment"]
+        low, high = float(told["f_low_hz"]), float(told["f_high_hz"])
+        return Command(
+            waveform=Waveform(told["waveform"]),
+            seconds=float(told["seconds"]),
+            rate_hz=float(told["rate_hz"]),
+            u_min_V=float(told["u_min_V"]),
+            u_max_V=float(told["u_max_V"]),
+            hz=low,
+            band_hz=(low, high),
+            dwell_s=1.0 / high,
+        )
+    except OSError as error:
+        raise InputError(f"{diagnosis}: cannot be read: {error.strerror}") from error
+    except (ValueError, KeyError, TypeError, ZeroDivisionError) as error:
+        raise InputError(f"{diagnosis}: names no next experiment") from error
