@@ -306,9 +306,9 @@ def locate(
     """The few regions that hold most of the gap, the most telling first.
 
     On every axis the interval or category is sought whose share of the energy above the noise
-    floor, times the logarithm of its enrichment, is largest; on the axis frequency enrichment is
-    over the measured displacement's own share, if that is more. Those that noise or chance would
-    make are left out.
+    floor, times the logarithm of its enrichment, is largest. What is no news does not count for
+    it: on the axis frequency the measured displacement's own share, on the axis time the record's.
+    Regions that noise or chance would make are left out.
 
     Parameters
     ----------
@@ -425,6 +425,10 @@ class _Gap:
                 rows = slice(self.ends[i], self.ends[i + 1])
                 values = self.values(axis)[rows]
                 cells = self._cells(values, _edges(axis, values), self.energy[rows])
+                # A record's own share of the gap is the axis record's to tell.
+                own = float((cells.energy - cells.noise).sum()) / max(self.excess, 1e-300)
+                share = max(own * self.energy.size / values.size, 1.0)
+                cells = replace(cells, usual=cells.usual * share)
                 yield from self._intervals(axis, cells, self.traces[i].name)
         elif axis == "record":
             names = [t.name for t in self.traces]
