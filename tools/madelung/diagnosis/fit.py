@@ -161,6 +161,27 @@ class Problem:
             ]
         )
 
+    def at(self, beta: Array) -> Fit:
+        """f0 alone, as given, without a fit."""
+        whole = np.zeros(self.degree + 1)
+        whole[: beta.size] = beta
+        return self._evaluate((), {}, whole)
+
+    def beta_of(self, f0: Sequence[float]) -> Array:
+        """The basis's coefficients of a polynomial, (degree + 1,).
+
+        Raises
+        ------
+        ValueError
+            Its degree is above the problem's.
+        """
+        c = np.zeros(self.degree + 1)
+        if len(f0) > c.size:
+            raise ValueError(f"f0 has degree {len(f0) - 1}, above {self.degree}")
+        c[: len(f0)] = f0
+        tail = np.linalg.solve(self.basis[:, 1:].T, c[1:])
+        return np.concatenate([[c[0]], tail])
+
     # -- columns ------------------------------------------------------------------------------
 
     def _columns_f0(

@@ -76,9 +76,21 @@ class Engine:
     def search(self, start: Fit) -> Search:
         """From f0 alone to the set of effects that is accepted."""
         null = self._keep(start)
-        best = null
-        beam = [null]
-        for size in range(1, SIZE_MAX + 1):
+        return self._climb(null, null)
+
+    def resume(self, start: Fit, best: Fit, keep: Sequence[Fit]) -> Search:
+        """Fit a smaller problem's result and its rivals here, and go on from there."""
+        null = self._keep(start)
+        again = self._map(
+            lambda f: self._slim(self.problem.fit(f.forms, f.values, f.beta)), [best, *keep]
+        )
+        for fit in again:
+            self._keep(fit)
+        return self._climb(null, self.fits[best.effects])
+
+    def _climb(self, null: Fit, best: Fit) -> Search:
+        beam = [best]
+        for size in range(len(best.forms) - len(null.forms) + 1, SIZE_MAX + 1):
             found = self._expand(beam)
             if not found:
                 break

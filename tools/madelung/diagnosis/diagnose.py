@@ -1,0 +1,346 @@
+"""The diagnosis of a case, from its records to the content of diagnosis.json."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from madelung.diagnosis.case import Case, Trace
+from madelung.diagnosis.experiment import next_experiment
+from madelung.diagnosis.fit import Fit, Problem
+from madelung.diagnosis.forms import Form, Scales, forms
+from madelung.diagnosis.holdout import Prediction, predict, shrink
+from madelung.diagnosis.known import excluded, known_forms, monitored
+from madelung.diagnosis.noise import Noise, estimate_noise
+from madelung.diagnosis.parameters import reported
+from madelung.diagnosis.verdict import Verdict, detectable, judge
+from madelung.diagnosis.where import Region, locate, part
+from madelung.diagnosis.which import Engine, Progress, Search
+from madelung.model import Model
+
+Array = NDArray[np.float64]
+
+SCHEMA = "madelung.diagnosis/1"
+DEGREE_MAX = 7
+DEGREE_MIN = 3
+SEARCH_ROWS = 45_000
+"""The search runs on the heads of longer records; its result is fitted to all rows."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """What the user chose."""
+
+    jobs: int = 2
+    seed: int = 0
+    model: Model | None = None
+    tolerance_percent: float | None = None
+    check: bool = False
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """The result.
+
+    Attributes
+    ----------
+    content
+        Of diagnosis.json.
+    problem, baseline, best
+        On the train records: what was fitted, the predictor diagnosed, the accepted hypothesis.
+    predictions
+        Of train and hold-out records.
+    regions
+        Where the gap lies.
+    """
+
+    content: dict[str, Any]
+    problem: Problem
+    noise: Noise
+    baseline: Fit
+    best: Fit
+    predictions: list[Prediction]
+    regions: list[Region]
+
+
+def diagnose(case: Case, options: Options, progress: Progress = lambda _: None) -> Diagnosis:
+    """Say where the gap lies, which effects cause it and how far it shrinks.
+
+    The hold-out's displacement enters nothing but ``shrink``.
+    """
+    noise = estimate_noise(case.identify)
+    scales = _scales(case)
+    progress("identifying the baseline")
+    alone = Problem([case.identify], noise, scales, DEGREE_MAX)
+    degree, start = _best_degree(alone)
+    if options.model is not None:
+        degree = max(degree, len(options.model.f0) - 1)
+    problem = Problem([case.identify, *case.train], noise, scales, degree)
+    baseline = _baseline(problem, case, options.model, start)
+    gap = _train_gap(problem, baseline)
+    engine, search = _search(problem, case, baseline, options, progress, gap)
+    verdict = judge(engine, search, _gap_excess(problem, baseline))
+    best = search.best
+    progress("predicting the hold-out records")
+    predictions = _predictions(problem, case, baseline, best)
+    held = [p for p in predictions if p.trace.role == "holdout"]
+    lines = [v for k, v in best.values.items() if k.startswith("freq")]
+    regions = locate(
+        case.train,
+        [p.trace.y_um - p.baseline_um for p in predictions if p.trace.role == "train"],
+        noise,
+        (case.u_min_V, case.u_max_V),
+        options.seed,
+    )
+    content = {
+        "schema": SCHEMA,
+        "gap": gap,
+        "where": [r.to_json() for r in regions],
+        "verdict": _verdict_json(verdict),
+        "ranking": [] if options.check else _ranking(engine, search, baseline, noise),
+        "shrink": shrink(held, noise, lines, options.seed)
+        | {
+            "regions": _region_shrink(regions, predictions, case),
+            "set_aside": list(case.set_aside),
+        },
+        "data_faults": case.faults,
+        "detectable": detectable(engine, search.null, list(engine.forms)),
+        "next_experiment": next_experiment(verdict, scales),
+        "warnings": case.warnings + _warnings(case, noise, verdict),
+        "noise": {
+            "white_um": noise.white_um,
+            "coloured_um": noise.coloured_um,
+            "correlation_s": noise.tau_s,
+            "from_cycles": noise.known,
+        },
+    }
+    return Diagnosis(content, problem, noise, baseline, best, predictions, regions)
+
+
+# -- baseline and gap ---------------------------------------------------------------------------
+
+
+def _scales(case: Case) -> Scales:
+    traces = [case.identify, *case.train]
+    # Rates, lengths and starts of the train records; the stroke of the slow loop.
+    return Scales(
+        u_min_V=case.u_min_V,
+        range_V=case.range_V,
+        stroke_um=max(float(np.ptp(case.identify.y_um)), 1e-9),
+        rate_max_V_per_s=max(float(np.abs(np.diff(t.u_V)).max()) / t.step_s for t in traces),
+        step_min_s=min(t.step_s for t in traces),
+        length_max_s=max(t.u_V.size * t.step_s for t in traces),
+        start_max_V=max(float(t.u_V[0]) for t in case.train),
+    )
+
+
+def _best_degree(problem: Problem) -> tuple[int, Array]:
+    """Degree of f0 by BIC on the slow loop, and the coefficients of all degrees' best."""
+    start = np.zeros(problem.degree + 1)
+    fit = problem.fit((), {}, start)
+    gram = fit.jacobian @ fit.jacobian.T
+    target = gram @ fit.beta + fit.jacobian @ fit.residual
+    costs = {}
+    for degree in range(DEGREE_MIN, problem.degree + 1):
+        n = degree + 1
+        beta = np.linalg.lstsq(gram[:n, :n], target[:n], rcond=1e-13)[0]
+        explained = 2 * beta @ target[:n] - beta @ gram[:n, :n] @ beta
+        costs[degree] = (-explained + n * np.log(problem.rows), beta)
+    best = min(costs, key=lambda d: costs[d][0])
+    return best, costs[best][1]
+
+
+def _baseline(problem: Problem, case: Case, model: Model | None, start: Array) -> Fit:
+    """The predictor that is diagnosed, as a hypothesis without effects on all records."""
+    if model is None:
+        return problem.at(start)
+    return problem.at(problem.beta_of(model.f0))
+
+
+def _train_gap(problem: Problem, baseline: Fit) -> dict[str, float]:
+    y = problem.simulate(baseline)
+    error = np.concatenate(
+        [(t.y_um - v)[t.use] for t, v in zip(problem.traces, y, strict=True) if t.role == "train"]
+    )
+    rms = float(np.sqrt(np.mean(error**2)))
+    return {
+        "rms_um": rms,
+        "max_um": float(np.abs(error).max()),
+        "percent_of_stroke": 100 * rms / problem.scales.stroke_um,
+        "noise_floor_um": problem.noise.rms_um,
+    }
+
+
+def _gap_excess(problem: Problem, baseline: Fit) -> float:
+    excess = problem.excess(baseline.residual)
+    return float(sum(e for e, t in zip(excess, problem.traces, strict=True) if t.role == "train"))
+
+
+# -- search -------------------------------------------------------------------------------------
+
+
+def _search(
+    problem: Problem,
+    case: Case,
+    baseline: Fit,
+    options: Options,
+    progress: Progress,
+    gap: dict[str, float],
+) -> tuple[Engine, Search]:
+    fixed, values = known_forms(case, problem.scales)
+    given, measured = monitored(case, problem, options.jobs)
+    values = values | measured
+    base = (*fixed, *given)
+    barred = excluded(case, fixed, given)
+    free = [f for f in forms(problem.scales) if f.effect not in barred]
+    good = (
+        options.tolerance_percent is not None
+        and gap["percent_of_stroke"] < options.tolerance_percent
+    )
+    if options.check or good:
+        engine = Engine(problem, free, options.jobs, progress)
+        null = problem.fit(base, values, baseline.beta)
+        return engine, Search(null, null, {null.effects: null})
+    heads = problem.with_traces(_heads(problem.traces))
+    rough_engine = Engine(heads, free, options.jobs, progress)
+    rough = rough_engine.search(heads.fit(base, values, baseline.beta))
+    if heads.rows == problem.rows:
+        return rough_engine, rough
+    return _on_all(problem, rough_engine, rough, base, values, options, progress)
+
+
+def _on_all(
+    problem: Problem,
+    rough: Engine,
+    found: Search,
+    base: Sequence[Form],
+    values: dict[str, float],
+    options: Options,
+    progress: Progress,
+) -> tuple[Engine, Search]:
+    """The search's result and its rivals, fitted to all rows; and one more level."""
+    progress("fitting to all rows")
+    engine = Engine(problem, rough.forms, options.jobs, progress)
+    null = problem.fit(base, values, found.null.beta)
+    close = sorted(found.fits.values(), key=rough.score)[:6]
+    singles = [f for f in found.fits.values() if len(f.forms) <= len(base) + 1]
+    keep = [*close, *sorted(singles, key=rough.score)[:3]]
+    return engine, engine.resume(null, found.best, keep)
+
+
+def _heads(traces: Sequence[Trace]) -> list[Trace]:
+    """Beginnings of the records, so that all together have `SEARCH_ROWS` rows."""
+    total = sum(t.u_V.size for t in traces)
+    if total <= SEARCH_ROWS * 1.3:
+        return list(traces)
+    share = SEARCH_ROWS / len(traces)
+    spare = sum(max(share - t.u_V.size, 0.0) for t in traces)
+    long = sum(t.u_V.size > share for t in traces)
+    limit = int(share + spare / max(long, 1))
+    return [t if t.u_V.size <= limit else t.head(limit) for t in traces]
+
+
+# -- what is told -------------------------------------------------------------------------------
+
+
+def _verdict_json(verdict: Verdict) -> dict[str, Any]:
+    return {
+        "status": verdict.status,
+        "effects": verdict.effects,
+        "candidates": verdict.candidates,
+        "confidence": verdict.confidence,
+        "remainder_share": verdict.remainder_share,
+    }
+
+
+def _ranking(engine: Engine, search: Search, baseline: Fit, noise: Noise) -> list[dict[str, Any]]:
+    """Per effect the best hypothesis that contains it, out of sample on the train records."""
+    entries = []
+    names = sorted({e for key in search.fits for e in key})
+    for name in names:
+        holding = [f for f in search.fits.values() if name in f.effects]
+        fit = min(holding, key=engine.score)
+        rest = search.fits.get(fit.effects - {name}, search.null)
+        rms, closed = _out_of_sample(engine, fit, baseline)
+        entries.append(
+            {
+                "effect": name,
+                "effects": sorted(fit.effects),
+                "models": [f.name for f in fit.forms],
+                "rms_um": rms,
+                "closable_closed": closed,
+                "p_value": engine.p_value(rest, fit),
+                "gain": engine.gain(rest, fit),
+                "parameters": reported(name, fit, engine.problem),
+                "score": engine.score(fit),
+            }
+        )
+    entries.sort(key=lambda e: (e["score"], e["effect"] not in search.best.effects, e["effect"]))
+    return entries
+
+
+def _out_of_sample(engine: Engine, fit: Fit, baseline: Fit) -> tuple[float, float | None]:
+    """rms on the train records with each block left out of the fit (linearised), and the share."""
+    problem = engine.problem
+    y = problem.simulate(fit)
+    before = problem.simulate(baseline)
+    use = [t.role == "train" for t in problem.traces]
+    a = np.concatenate(
+        [(t.y_um - v)[t.use] for t, v, k in zip(problem.traces, y, use, strict=True) if k]
+    )
+    b = np.concatenate(
+        [(t.y_um - v)[t.use] for t, v, k in zip(problem.traces, before, use, strict=True) if k]
+    )
+    # Optimism of the fit: every parameter removes about one noise energy from the rows it is
+    # fitted to, and misses by as much on rows that it is not (Akaike's final prediction error).
+    p = len(fit.params) + fit.beta.size
+    rms2 = float(np.mean(a**2)) * (1 + 2 * p / max(a.size, 1))
+    floor = problem.noise.rms_um**2
+    closable = float(np.mean(b**2)) - floor
+    closed = (float(np.mean(b**2)) - rms2) / closable if closable > 0.05 * floor else None
+    return float(np.sqrt(rms2)), closed
+
+
+def _predictions(problem: Problem, case: Case, baseline: Fit, best: Fit) -> list[Prediction]:
+    everything = problem.with_traces([*case.train, *case.holdout])
+    return predict(everything, baseline, best)
+
+
+def _region_shrink(
+    regions: Sequence[Region], predictions: Sequence[Prediction], case: Case
+) -> list[dict[str, Any]]:
+    """Mean square error in the regions of ``where`` on the hold-out, before and after, as rms."""
+    ends = (case.u_min_V, case.u_max_V)
+    held = [p for p in predictions if p.trace.role == "holdout"]
+    out = []
+    for region in regions:
+        if region.axis in ("time", "record") or not held:
+            continue
+        sums = np.zeros(2)
+        count = 0
+        for p in held:
+            count += int(p.trace.use.sum())
+            for i, y in enumerate((p.baseline_um, p.augmented_um)):
+                sums[i] += float(np.sum(part(region, p.trace, p.trace.y_um - y, ends) ** 2))
+        before, after = np.sqrt(sums / max(count, 1))
+        out.append(
+            region.to_json() | {"rms_before_um": float(before), "rms_after_um": float(after)}
+        )
+    return out
+
+
+def _warnings(case: Case, noise: Noise, verdict: Verdict) -> list[str]:
+    said = []
+    if not noise.known:
+        said.append("identify.csv has no second cycle: the noise floor is a guess from neighbours")
+    if case.set_aside:
+        said.append(f"no hold-out folder: {', '.join(case.set_aside)} set aside as hold-out")
+    if not case.holdout:
+        said.append("no hold-out record: how far the gap shrinks cannot be checked")
+    if verdict.status == "no_gap":
+        said.append("effects below the sizes under `detectable` could not have been seen")
+    return said

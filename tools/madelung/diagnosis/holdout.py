@@ -1,0 +1,93 @@
+"""How far the gap shrinks on records that no fit, choice or threshold has seen."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from madelung.diagnosis.case import Trace
+from madelung.diagnosis.fit import Fit, Problem
+from madelung.diagnosis.noise import Noise
+
+Array = NDArray[np.float64]
+BLOCKS = 40
+DRAWS = 400
+CLOSABLE_MIN = 0.05
+"""Nothing can be closed when the gap's energy is above the noise by less than this share of it."""
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """Of one record, on its grid, um."""
+
+    trace: Trace
+    baseline_um: Array
+    augmented_um: Array
+
+
+def predict(problem: Problem, baseline: Fit, augmented: Fit) -> list[Prediction]:
+    """Both predictions of a problem's records, made from u alone."""
+    before = problem.simulate(baseline)
+    after = problem.simulate(augmented)
+    return [Prediction(t, b, a) for t, b, a in zip(problem.traces, before, after, strict=True)]
+
+
+def shrink(
+    predictions: Sequence[Prediction], noise: Noise, lines_hz: Sequence[float], seed: int
+) -> dict[str, Any]:
+    """The contract's ``shrink``: rms before and after, share of the closable gap, its interval."""
+    records, before, after, floors = [], [], [], []
+    for p in predictions:
+        use = p.trace.use
+        b, a = ((p.trace.y_um - v)[use] for v in (p.baseline_um, p.augmented_um))
+        records.append({"name": p.trace.name, "rms_before_um": _rms(b), "rms_after_um": _rms(a)})
+        t = p.trace.t_s[use]
+        before += np.array_split(_without_lines(b, t, lines_hz) ** 2, BLOCKS)
+        after += np.array_split(_without_lines(a, t, lines_hz) ** 2, BLOCKS)
+        floors.append(noise.rms_um)
+    total = {"records": records, "rms_before_um": None, "rms_after_um": None}
+    eb, ea, n = (np.array([f(v) for v in blocks]) for f, blocks in _sums(before, after))
+    everything = n.sum()
+    total["rms_before_um"] = float(np.sqrt(eb.sum() / everything)) if everything else 0.0
+    total["rms_after_um"] = float(np.sqrt(ea.sum() / everything)) if everything else 0.0
+    floor = noise.rms_um**2
+    closed, ci = _closed(eb, ea, n, floor, seed)
+    return {**total, "closable_closed": closed, "closable_closed_ci95": ci}
+
+
+def _sums(before: list[Array], after: list[Array]) -> list[tuple[Any, list[Array]]]:
+    return [(np.sum, before), (np.sum, after), (np.size, before)]
+
+
+def _closed(
+    eb: Array, ea: Array, n: Array, floor: float, seed: int
+) -> tuple[float | None, list[float] | None]:
+    """Share of the closable energy that was closed, and its bootstrap interval over blocks."""
+    closable = eb.sum() - floor * n.sum()
+    if not n.sum() or closable < CLOSABLE_MIN * floor * n.sum():
+        return None, None
+    rng = np.random.default_rng(seed)
+    pick = rng.integers(n.size, size=(DRAWS, n.size))
+    b, a, m = eb[pick].sum(1), ea[pick].sum(1), n[pick].sum(1)
+    shares = (b - a) / np.maximum(b - floor * m, CLOSABLE_MIN * floor * m)
+    low, high = np.percentile(shares, [2.5, 97.5])
+    return float((eb.sum() - ea.sum()) / closable), [float(low), float(high)]
+
+
+def _without_lines(residual: Array, t_s: Array, lines_hz: Sequence[float]) -> Array:
+    """Without its components at given frequencies."""
+    if not lines_hz or residual.size < 4 * len(lines_hz):
+        return residual
+    phases = 2 * np.pi * np.outer(t_s, lines_hz)
+    design = np.hstack([np.cos(phases), np.sin(phases)])
+    fit = np.linalg.lstsq(design, residual, rcond=None)[0]
+    out: Array = residual - design @ fit
+    return out
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2))) if values.size else 0.0

@@ -1,0 +1,83 @@
+"""What the case already knows: given parameters, excluded effects, the amplifier's monitor."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from madelung.diagnosis.case import Case, Trace
+from madelung.diagnosis.fit import Problem
+from madelung.diagnosis.forms import CREEP_TAU_S, Form, Param, Scales, forms
+from madelung.diagnosis.noise import Noise
+from madelung.diagnosis.vocabulary import EFFECTS
+from madelung.diagnosis.which import Engine
+
+MONITORED = ("saturation", "slew_limit", "amplifier_lag")
+"""Effects that show between the command and the amplifier's monitor."""
+_RENAMED = {"fn_hz": "fn1_hz", "zeta": "zeta1"}
+
+
+def known_forms(case: Case, scales: Scales) -> tuple[list[Form], dict[str, float]]:
+    """Forms of the known effects with the known parameters fixed, and start values."""
+    given = {_RENAMED.get(k, k): v for k, v in case.known.items()}
+    if "creep_per_decade" in given:
+        share = given.pop("creep_per_decade") / 2
+        given |= {f"creep_{i}": share for i in range(len(CREEP_TAU_S))}
+    if "gain" in given or "offset_um" in given:
+        given = {"gain": 1.0, "offset_um": 0.0} | given
+    chosen: dict[str, Form] = {}
+    for form in forms(scales):
+        told = set(form.keys) & set(given)
+        if told and len(told) > len(
+            set(chosen[form.effect].keys) & set(given) if form.effect in chosen else ()
+        ):
+            chosen[form.effect] = form
+    fixed = []
+    values: dict[str, float] = {}
+    for form in chosen.values():
+        start = form.starts(scales)[0] | {k: given[k] for k in form.keys if k in given}
+        values |= start
+        params = tuple(_fixed(p, given) for p in form.params)
+        fixed.append(replace(form, params=params))
+    return fixed, values
+
+
+def _fixed(p: Param, given: Mapping[str, float]) -> Param:
+    return replace(p, low=given[p.key], high=given[p.key]) if p.key in given else p
+
+
+def excluded(case: Case, fixed: list[Form], given: list[Form]) -> set[str]:
+    """Effects that are not searched."""
+    barred = set(case.exclude) | {f.effect for f in (*fixed, *given)}
+    if _has_monitor(case):
+        barred |= set(MONITORED)
+    return barred
+
+
+def _has_monitor(case: Case) -> bool:
+    return all(t.u_meas_V is not None for t in (case.identify, *case.train))
+
+
+def monitored(case: Case, problem: Problem, jobs: int) -> tuple[list[Form], dict[str, float]]:
+    """What happens between command and monitor: the same search, on voltages, without hysteresis."""
+    if not _has_monitor(case):
+        return [], {}
+    traces = [_as_displacement(t) for t in problem.traces]
+    rest = np.concatenate([np.diff(t.y_um - t.u_V, 2) for t in traces])
+    white = max(float(np.median(np.abs(rest))) / 0.6745 / np.sqrt(6), 1e-6 * problem.scales.range_V)
+    scales = replace(problem.scales, stroke_um=problem.scales.range_V)
+    volts = Problem(traces, Noise(white, 0.0, 1.0, rest.size, True), scales, 1)
+    free = [f for f in forms(scales) if f.effect in MONITORED and f.effect not in case.exclude]
+    start = volts.fit((), {}, np.array([case.u_min_V, case.range_V / 2]))
+    best = Engine(volts, free, jobs, lambda _: None).search(start).best
+    return list(best.forms), best.values
+
+
+def _as_displacement(trace: Trace) -> Trace:
+    assert trace.u_meas_V is not None
+    return replace(trace, y_um=trace.u_meas_V)
+
+
+assert set(MONITORED) <= set(EFFECTS)

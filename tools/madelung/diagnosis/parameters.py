@@ -1,0 +1,103 @@
+"""Parameters of a fitted hypothesis in the contract's keys, with intervals."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from madelung.diagnosis.fit import Fit, Problem
+from madelung.diagnosis.forms import Form, Param
+
+Array = NDArray[np.float64]
+Z95 = 1.96
+_RENAMED = {"fn1_hz": "fn_hz", "zeta1": "zeta"}
+
+
+def reported(effect: str, fit: Fit, problem: Problem) -> dict[str, dict[str, Any]]:
+    """``{key: {"value": x, "ci95": [lo, hi]}}`` of one effect of a fit.
+
+    Intervals come from the curvature of the cost at the optimum, widened where the fit leaves
+    more than noise; where an interval of a logarithmic parameter is given it is not symmetric.
+    """
+    form = next(f for f in fit.forms if f.effect == effect)
+    full = problem.fit(fit.forms, fit.values, fit.beta, 1)
+    widen = max(1.0, float(np.sqrt(full.cost / max(problem.rows, 1))))
+    spread = Z95 * widen * np.sqrt(np.maximum(np.diag(full.covariance), 0.0))
+    names = [p.key for p in full.params]
+    by_key = dict(zip(names, spread[full.beta.size :], strict=False)) if spread.size else {}
+
+    def interval(p: Param) -> dict[str, Any]:
+        value, s = full.values[p.key], float(by_key.get(p.key, 0.0))
+        low, high = (value * np.exp(-s), value * np.exp(s)) if p.log else (value - s, value + s)
+        return _entry(value, max(float(low), p.low), min(float(high), p.high))
+
+    if effect == "creep":
+        return _creep(form, full, by_key)
+    if effect == "gain_offset":
+        return _gain(full, interval, form)
+    if effect == "periodic_disturbance":
+        return _lines(form, full, interval)
+    return {_RENAMED.get(p.key, p.key): interval(p) for p in form.params}
+
+
+def _entry(value: float, low: float, high: float) -> dict[str, Any]:
+    return {"value": float(value), "ci95": [float(low), float(high)]}
+
+
+def _creep(form: Form, fit: Fit, spread: dict[str, float]) -> dict[str, dict[str, Any]]:
+    """Share of the step between 1 s and 10 s after it, from the ladder's step response."""
+    from madelung.path import SignalPath
+
+    assert form.path is not None
+    ladder = form.path(SignalPath(0.0, 1.0, (0.0,)), fit.values).creep
+    taus = np.array([m.tau_s for m in ladder])
+    gains = np.array([m.gain for m in ladder])
+    weight = np.exp(-1.0 / taus) - np.exp(-10.0 / taus)
+    start = 1.0 + float(gains @ -np.expm1(-0.1 / taus))
+    value = float(weight @ gains) / start
+    s = float(np.sqrt(np.sum((weight * [spread.get(k, 0.0) for k in form.keys]) ** 2))) / start
+    shares = {
+        f"gain_at_{t:.3g}_s": _entry(
+            fit.values[k], fit.values[k] - spread.get(k, 0.0), fit.values[k] + spread.get(k, 0.0)
+        )
+        for k, t in zip(form.keys, taus, strict=True)
+    }
+    return {"creep_per_decade": _entry(value, value - s, value + s)} | shares
+
+
+def _gain(
+    fit: Fit, interval: Callable[[Param], dict[str, Any]], form: Form
+) -> dict[str, dict[str, Any]]:
+    """The offset at y(u_min): y' = gain (y - y(u_min)) + y(u_min) + offset."""
+    gain, offset = (interval(p) for p in form.params)
+    shift = (gain["value"] - 1.0) * float(fit.beta[0])
+    moved = [v + shift for v in offset["ci95"]]
+    return {"gain": gain, "offset_um": _entry(offset["value"] + shift, *moved)}
+
+
+def _lines(
+    form: Form, fit: Fit, interval: Callable[[Param], dict[str, Any]]
+) -> dict[str, dict[str, Any]]:
+    """Frequency and amplitude (mean over records) of every line, the strongest first."""
+    found = []
+    for p in form.params:
+        if not p.key.startswith("freq"):
+            continue
+        i = p.key[4:-3]
+        amps = [
+            float(np.hypot(fit.values[k], fit.values[k.replace("cos", "sin", 1)]))
+            for k in form.keys
+            if k.startswith(f"cos{i}:")
+        ]
+        amp = float(np.sqrt(np.mean(np.square(amps))))
+        error = Z95 * float(np.std(amps)) / np.sqrt(max(len(amps), 1))
+        found.append((amp, interval(p), _entry(amp, max(amp - error, 0.0), amp + error)))
+    found.sort(key=lambda f: -f[0])
+    out: dict[str, dict[str, Any]] = {}
+    for n, (_, freq, amp_entry) in enumerate(found):
+        tail = "" if n == 0 else f"_{n + 1}"
+        out |= {f"freq_hz{tail}": freq, f"amp_um{tail}": amp_entry}
+    return out
