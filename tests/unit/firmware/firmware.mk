@@ -29,7 +29,7 @@ $(TESTS): %: $(OUT)/%
 define PROGRAM # program, test file, sources, flags
 $(OUT)/$(1): $(HERE)/$(2).c $(OUT)/$(2)_runner.c $(3) $(HEADERS)
 	@gcc $(CFLAGS) $(WARN) $(4) -c -o $(OUT)/$(1).o $$<
-	@gcc $(CFLAGS) $(WARN) $(4) -o $$@ $(OUT)/$(1).o $(3) -w $(OUT)/$(2)_runner.c \
+	@gcc $(CFLAGS) -w $(4) -o $$@ $(OUT)/$(1).o $(3) $(OUT)/$(2)_runner.c \
 		build/unity/src/unity.c -lm
 endef
 $(eval $(call PROGRAM,test_app,test_app,$(SOURCES_test_app),))
