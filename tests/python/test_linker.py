@@ -26,8 +26,8 @@ SECTIONS = {
     *("mdl_left", "mdl_right", "mdl_record", ".ebss", ".stack", ".reset"),
 }
 CODE_WORDS = 0x1E00
-"""Room that must stay for code in L0-L3: twice the 3700 words that gcc -O2 makes of the sources for a
-Cortex-M4F. What cl2000 makes of them is not known."""
+"""Room that must stay for code in L0-L3: twice the 3700 words that gcc -O2 makes of the sources
+for a Cortex-M4F. What cl2000 makes of them is not known."""
 
 
 def command_file(image: str) -> str:
