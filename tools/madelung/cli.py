@@ -8,6 +8,7 @@ import typer
 from typer.exceptions import TyperException
 
 from madelung import __version__
+from madelung.commands.diagnose import diagnose
 from madelung.commands.export import export
 from madelung.commands.identify import identify
 from madelung.commands.predict import predict
@@ -38,6 +39,7 @@ def _options(
 
 app.command()(identify)
 app.command()(predict)
+app.command()(diagnose)
 app.command()(export)
 app.command()(simulate)
 app.command()(unseal)

@@ -1,0 +1,64 @@
+"""``madelung diagnose``: why a predictor and a measured actuator differ."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+BLAS_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+
+
+def diagnose(
+    case: Annotated[
+        Path,
+        typer.Argument(help="Folder with case.json, identify.csv, train/*.csv, holdout/*.csv."),
+    ],
+    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the results.")],
+    jobs: Annotated[int, typer.Option(min=1, max=64, help="Hypotheses fitted side by side.")] = 2,
+    seed: Annotated[int, typer.Option(min=0, help="Of the intervals' resampling.")] = 0,
+    model: Annotated[
+        Path | None,
+        typer.Option(help="Diagnose this model.json, not one identified from identify.csv."),
+    ] = None,
+    tolerance: Annotated[
+        float | None,
+        typer.Option(min=0.0, help="Good enough below this gap, percent of the stroke, rms."),
+    ] = None,
+    check: Annotated[
+        bool,
+        typer.Option(
+            "--check", help="Fit no effect; say the smallest size that the data would show."
+        ),
+    ] = False,
+) -> None:
+    """Find where the gap between prediction and measurement lies, what causes it, how far it shrinks.
+
+    The hold-out records are used for nothing but measuring the shrinkage.
+    """
+    for name in BLAS_THREADS:  # the same bytes whatever the machine and --jobs
+        os.environ.setdefault(name, "1")
+    from rich.console import Console
+
+    from madelung.diagnosis.case import load_case
+    from madelung.diagnosis.diagnose import Options
+    from madelung.diagnosis.diagnose import diagnose as run
+    from madelung.diagnosis.output import write
+    from madelung.diagnosis.report import terminal
+    from madelung.model import load_model
+
+    err = Console(stderr=True)
+    flashed = None if model is None else load_model(model)
+    with err.status("reading the case") as status:
+        told = status.update if err.is_terminal else lambda _: None
+        loaded = load_case(case)
+        found = run(loaded, Options(jobs, seed, flashed, tolerance, check), told)
+        told("drawing and writing")
+        command = f"madelung diagnose {case} -o {output} --seed {seed}"
+        content = write(output, loaded, found, command, seed)
+    for warning in content["warnings"]:
+        typer.echo(f"madelung: warning: {warning}", err=True)
+    Console().print(terminal(content))
+    typer.echo(str(output / "report.html"))

@@ -1,0 +1,109 @@
+"""OUT of a diagnosis: diagnosis.json, models, predictions, pictures and the page."""
+
+from __future__ import annotations
+
+import json
+import platform
+import shutil
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import scipy
+
+from madelung import __version__
+from madelung.diagnosis.case import Case
+from madelung.diagnosis.diagnose import Diagnosis
+from madelung.diagnosis.holdout import Prediction
+from madelung.diagnosis.pictures import View, draw
+from madelung.diagnosis.report import write_report
+from madelung.errors import InputError
+from madelung.files import write_atomically
+from madelung.model import Model
+from madelung.records import write_columns
+
+
+def write(out: Path, case: Case, found: Diagnosis, command: str, seed: int) -> dict[str, Any]:
+    """Write everything, whole or not at all; returns the content of diagnosis.json.
+
+    Raises
+    ------
+    InputError
+        The folder cannot be made or written.
+    """
+    content = found.content | {
+        "case": {"device": case.device, "u_min_V": case.u_min_V, "u_max_V": case.u_max_V},
+        "seed": seed,
+        "command": command,
+        "versions": {
+            "madelung": __version__,
+            "python": platform.python_version(),
+            "numpy": np.__version__,
+            "scipy": scipy.__version__,
+        },
+    }
+    with _folder(out) as part:
+        write_atomically(part / "diagnosis.json", json.dumps(content, indent=1, allow_nan=False))
+        _write_models(part, case, found)
+        (part / "holdout").mkdir()
+        for p in found.predictions:
+            if p.trace.role == "holdout":
+                write_columns(part / "holdout" / f"{p.trace.name}.csv", _columns(p))
+        draw(part, [_view(p) for p in found.predictions], found.noise, content)
+        write_report(part, content)
+    return content
+
+
+@contextmanager
+def _folder(out: Path) -> Iterator[Path]:
+    """A folder beside ``out`` whose content takes its place when the block ends well."""
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        part = Path(tempfile.mkdtemp(prefix=f".{out.name}.", dir=out.parent))
+    except OSError as error:
+        raise InputError(f"{out}: cannot be made: {error.strerror}") from error
+    try:
+        yield part
+        part.chmod(0o755)
+        if out.is_dir():
+            shutil.copytree(part, out, dirs_exist_ok=True)
+        else:
+            part.replace(out)
+    except OSError as error:
+        raise InputError(f"{out}: cannot be written: {error.strerror}") from error
+    finally:
+        shutil.rmtree(part, ignore_errors=True)
+
+
+def _write_models(out: Path, case: Case, found: Diagnosis) -> None:
+    ends = (case.u_min_V, case.u_max_V)
+    Model("madelung", *ends, f0=found.problem.f0(found.baseline.beta)).save(
+        out / "model_baseline.json"
+    )
+    best = found.best
+    path = found.problem.path(best.forms, best.values, best.beta)
+    content = {"schema": "madelung.model/1", "kind": "augmented", "path": asdict(path)}
+    write_atomically(out / "model_augmented.json", json.dumps(content, indent=1))
+
+
+def _columns(p: Prediction) -> dict[str, Any]:
+    """Every row of the file, on its own time stamps."""
+    record, rows = p.trace.record, p.trace.rows
+    assert record.y is not None
+    return {
+        "t_s": record.t_s,
+        "u_V": record.u_V,
+        "y_um": record.y,
+        "baseline_um": p.baseline_um[rows],
+        "augmented_um": p.augmented_um[rows],
+    }
+
+
+def _view(p: Prediction) -> View:
+    t = p.trace
+    start = float(t.record.t_s[0])
+    return View(t.name, t.role, start + t.t_s, t.u_V, t.y_um, p.baseline_um, p.augmented_um)
