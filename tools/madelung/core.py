@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from enum import IntFlag
 from functools import cache
 from pathlib import Path
@@ -61,7 +62,128 @@ def n_u(precision: Precision = "float32") -> int:
     return int(load(precision)[1].batch_n_u())
 
 
-class Predictor:
+@dataclass(frozen=True)
+class Chain:
+    """The blocks of mdl_chain_params, discretised for one sample time; None, empty: off.
+
+    Attributes
+    ----------
+    substeps
+        Steps per sample, 1 to 64.
+    shape
+        (4, 4), um, see mdl_shape.h.
+    saturation
+        high, low and knee, V.
+    slew_step_V
+        Largest change in a substep.
+    lag
+        decay and ramp.
+    rate
+        decay and ramp of the velocity, v_scale, power, damping_um, widening.
+    creep
+        By mode: decay, ramp, gain.
+    modes
+        By flexure mode: Phi - I (4, row by row), gamma (2), share.
+    dead_band_um
+        Backlash, full width.
+    delay
+        Whole samples, and the four weights.
+    gain
+        gain, and offset in um.
+    """
+
+    substeps: int = 1
+    shape: tuple[tuple[float, ...], ...] | None = None
+    saturation: tuple[float, float, float] | None = None
+    slew_step_V: float | None = None
+    lag: tuple[float, float] | None = None
+    rate: tuple[float, ...] | None = None
+    creep: tuple[tuple[float, ...], ...] = ()
+    modes: tuple[tuple[float, ...], ...] = ()
+    dead_band_um: float | None = None
+    delay: tuple[int, tuple[float, ...]] | None = None
+    gain: tuple[float, float] | None = None
+
+
+class Core:
+    """One chain of the core in one precision."""
+
+    def __init__(self, precision: Precision) -> None:
+        self._ffi, self._lib = load(precision)
+        self._dtype = np.dtype(precision)
+        self._batch = self._ffi.NULL
+
+    def _make_polynomial(
+        self, u_min_V: float, range_V: float, margin_V: float, f0: ArrayLike
+    ) -> None:
+        c = self._array(f0)
+        status = self._ffi.new("int32_t *")
+        made = self._lib.batch_new_polynomial(
+            u_min_V, range_V, margin_V, self._pointer(c), c.size - 1, status
+        )
+        self._own(made, status)
+
+    def _own(self, made: Any, status: Any) -> None:
+        if made == self._ffi.NULL:
+            raise InputError(f"the model cannot be run: {_ERRORS[status[0]]}")
+        self._batch = self._ffi.gc(made, self._lib.batch_free)
+
+    def _set_f0(self, f0: ArrayLike) -> None:
+        c = self._array(f0)
+        self._check(self._lib.batch_set_polynomial(self._batch, self._pointer(c), c.size - 1), "f0")
+
+    def _set_blocks(self, chain: Chain) -> None:
+        """Switch on what the chain has, and everything else off."""
+        lib, batch = self._lib, self._batch
+        lib.batch_clear_blocks(batch)
+        lib.batch_set_substeps(batch, chain.substeps)
+        shape = self._ffi.NULL if chain.shape is None else self._pointer(self._array(chain.shape))
+        lib.batch_set_shape(batch, shape)
+        if chain.saturation is not None:
+            lib.batch_set_saturation(batch, *chain.saturation)
+        if chain.slew_step_V is not None:
+            lib.batch_set_slew(batch, chain.slew_step_V)
+        if chain.lag is not None:
+            lib.batch_set_lag(batch, *chain.lag)
+        if chain.rate is not None:
+            lib.batch_set_rate(batch, *chain.rate)
+        if chain.dead_band_um is not None:
+            lib.batch_set_backlash(batch, chain.dead_band_um)
+        if chain.gain is not None:
+            lib.batch_set_gain(batch, *chain.gain)
+        self._set_arrays(chain)
+
+    def _set_arrays(self, chain: Chain) -> None:
+        """Blocks that the build may have too little memory for."""
+        lib, batch = self._lib, self._batch
+        if chain.creep:
+            columns = [self._pointer(self._array(v)) for v in zip(*chain.creep, strict=True)]
+            self._check(lib.batch_set_creep(batch, len(chain.creep), *columns), "creep")
+        if chain.modes:
+            values = np.array(chain.modes)
+            parts = [self._pointer(self._array(values[:, at])) for at in (_PHI, _GAMMA, _SHARE)]
+            self._check(lib.batch_set_modes(batch, len(chain.modes), *parts), "resonance")
+        if chain.delay is not None:
+            whole, weights = chain.delay
+            weight = self._pointer(self._array(weights))
+            self._check(lib.batch_set_delay(batch, whole, weight), f"delay of {whole} samples")
+
+    def _check(self, status: int, what: str) -> None:
+        if status < 0:
+            raise InputError(f"the model cannot be run: {what}: {_ERRORS[status]}")
+
+    def _array(self, values: ArrayLike) -> NDArray[np.floating[Any]]:
+        with np.errstate(over="ignore"):  # the core refuses the infinity
+            return np.ascontiguousarray(values, dtype=self._dtype).reshape(-1)
+
+    def _pointer(self, array: NDArray[np.floating[Any]]) -> Any:
+        return self._ffi.from_buffer("mdl_real[]", array)
+
+
+_PHI, _GAMMA, _SHARE = slice(0, 4), slice(4, 6), slice(6, 7)
+
+
+class Predictor(Core):
     """A model's predictor with its state.
 
     Parameters
@@ -70,6 +192,8 @@ class Predictor:
         The model to run.
     precision
         ``float32``: the arithmetic of the firmware; ``float64``: the reference.
+    chain
+        Its blocks, discretised; without them the hysteresis alone is run. See path.predictor.
 
     Raises
     ------
@@ -77,26 +201,29 @@ class Predictor:
         The core refuses a parameter.
     """
 
-    def __init__(self, model: Model, precision: Precision = "float32") -> None:
-        self._ffi, self._lib = load(precision)
-        self._dtype = np.dtype(precision)
+    def __init__(
+        self, model: Model, precision: Precision = "float32", chain: Chain | None = None
+    ) -> None:
+        super().__init__(precision)
         range_V = model.range_as(self._dtype.type)
         margin = MARGIN_SHARE * model.range_V
-        status = self._ffi.new("int32_t *")
-        if model.kind == "madelung":
-            c = self._array(model.f0)
-            made = self._lib.batch_new_polynomial(
-                model.u_min_V, range_V, margin, self._pointer(c), c.size - 1, status
-            )
-        else:
+        if model.kind == "major_curve":
             x, y = (self._array(v) for v in zip(*model.breakpoints, strict=True))
             x[-1] = range_V
+            status = self._ffi.new("int32_t *")
             made = self._lib.batch_new_breakpoints(
                 model.u_min_V, margin, self._pointer(x), self._pointer(y), x.size, status
             )
-        if made == self._ffi.NULL:
-            raise InputError(f"the model cannot be run: {_ERRORS[status[0]]}")
-        self._batch = self._ffi.gc(made, self._lib.batch_free)
+            self._own(made, status)
+        else:
+            self._make_polynomial(model.u_min_V, range_V, margin, model.f0)
+        if chain is not None:
+            self._set_blocks(chain)
+
+    def lead(self, u_V: ArrayLike) -> None:
+        """Lead the hysteresis alone through voltages, (n,): the history before a record."""
+        u = self._array(u_V)
+        self._lib.batch_history(self._batch, self._pointer(u), u.size)
 
     def reset(self) -> None:
         """Back to rest at u_min."""
@@ -145,10 +272,3 @@ class Predictor:
         status = self._lib.batch_resume(self._batch, self._pointer(state), state.size)
         if status < 0:
             raise InputError(f"the state cannot be resumed: {_ERRORS[status]}")
-
-    def _array(self, values: ArrayLike) -> NDArray[np.floating[Any]]:
-        with np.errstate(over="ignore"):  # the core refuses the infinity
-            return np.ascontiguousarray(values, dtype=self._dtype).reshape(-1)
-
-    def _pointer(self, array: NDArray[np.floating[Any]]) -> Any:
-        return self._ffi.from_buffer("mdl_real[]", array)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import sys
 from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
@@ -12,13 +11,14 @@ from typing import Any, Literal
 
 import numpy as np
 
+from madelung.blocks import Block, blocks_from_json, notes_from_json, number
 from madelung.errors import InputError
 from madelung.files import write_atomically
 
 SCHEMA = "madelung.model/1"
-_LARGEST = sys.float_info.max  # integers may be larger
 DEGREE_MAX = 7
 BREAKPOINTS_MAX = 64
+_KEYS = {"schema", "kind", "u_min_V", "u_max_V", "f0", "breakpoints", "blocks", "not_in_firmware"}
 MARGIN_SHARE = 0.15
 """f0 is extrapolated up to this share of the identified range; further out the core clamps."""
 
@@ -30,22 +30,29 @@ class Model:
     Attributes
     ----------
     kind
-        ``madelung``: f0 is a polynomial; ``major_curve``: f0 is piecewise linear.
+        ``madelung``: f0 is a polynomial; ``major_curve``: f0 is piecewise linear; ``augmented``:
+        a polynomial, and the blocks of the signal path.
     u_min_V, u_max_V
         Identified range of the command, V; x = u - u_min_V.
     f0
-        ``madelung``: coefficients in ascending powers of x, um / V^k, at most degree 7.
+        Polynomial: coefficients in ascending powers of x, um / V^k, at most degree 7.
     breakpoints
         ``major_curve``: pairs (x V, y um), x ascending from 0 to u_max_V - u_min_V.
+    blocks
+        ``augmented``: effects that the core runs, in the order of the file; path.py.
+    not_in_firmware
+        ``augmented``: effects that no open-loop predictor can run; they are told, not predicted.
     extra
         Further keys of the file (covariance, sources, versions), kept as they are.
     """
 
-    kind: Literal["madelung", "major_curve"]
+    kind: Literal["madelung", "major_curve", "augmented"]
     u_min_V: float
     u_max_V: float
     f0: tuple[float, ...] = ()
     breakpoints: tuple[tuple[float, float], ...] = ()
+    blocks: tuple[Block, ...] = ()
+    not_in_firmware: tuple[Block, ...] = ()
     extra: dict[str, Any] = field(default_factory=dict)
 
     @property
@@ -65,10 +72,15 @@ class Model:
     def to_json(self) -> dict[str, Any]:
         """The content of model.json."""
         curve: dict[str, Any] = (
-            {"f0": list(self.f0)}
-            if self.kind == "madelung"
-            else {"breakpoints": [list(p) for p in self.breakpoints]}
+            {"breakpoints": [list(p) for p in self.breakpoints]}
+            if self.kind == "major_curve"
+            else {"f0": list(self.f0)}
         )
+        if self.kind == "augmented":
+            curve |= {
+                "blocks": [b.to_json() for b in self.blocks],
+                "not_in_firmware": [b.to_json() for b in self.not_in_firmware],
+            }
         head = {
             "schema": SCHEMA,
             "kind": self.kind,
@@ -112,31 +124,42 @@ def model_from_json(data: object) -> Model:
     u_min, u_max = _number(data, "u_min_V"), _number(data, "u_max_V")
     if not 0.0 < u_max - u_min < math.inf:
         raise InputError(f"u_max_V ({u_max:g}) must be above u_min_V ({u_min:g})")
-    used = {"schema", "kind", "u_min_V", "u_max_V"}
+    extra = {k: v for k, v in data.items() if k not in _KEYS}
     if kind == "madelung":
-        f0 = tuple(_numbers(data.get("f0"), "f0"))
-        if not 1 <= len(f0) <= DEGREE_MAX + 1:
-            raise InputError(f"f0 has {len(f0)} coefficients, 1 to {DEGREE_MAX + 1} are possible")
-        extra = {k: v for k, v in data.items() if k not in used | {"f0"}}
-        return Model("madelung", u_min, u_max, f0=f0, extra=extra)
+        return Model("madelung", u_min, u_max, f0=_f0(data), extra=extra)
     if kind == "major_curve":
         points = _points(data.get("breakpoints"), u_max - u_min)
-        extra = {k: v for k, v in data.items() if k not in used | {"breakpoints"}}
         return Model("major_curve", u_min, u_max, breakpoints=points, extra=extra)
-    raise InputError(f"kind is {kind!r}; this version runs 'madelung' and 'major_curve'")
+    if kind == "augmented":
+        return Model(
+            "augmented",
+            u_min,
+            u_max,
+            f0=_f0(data),
+            blocks=blocks_from_json(data.get("blocks")),
+            not_in_firmware=notes_from_json(data.get("not_in_firmware", [])),
+            extra=extra,
+        )
+    raise InputError(
+        f"kind is {kind!r}; this version runs 'madelung', 'major_curve' and 'augmented'"
+    )
+
+
+def _f0(data: dict[str, Any]) -> tuple[float, ...]:
+    f0 = tuple(_numbers(data.get("f0"), "f0"))
+    if not 1 <= len(f0) <= DEGREE_MAX + 1:
+        raise InputError(f"f0 has {len(f0)} coefficients, 1 to {DEGREE_MAX + 1} are possible")
+    return f0
 
 
 def _number(data: dict[str, Any], key: str) -> float:
-    return _numbers([data.get(key)], key)[0]
+    return number(data.get(key), key)
 
 
 def _numbers(values: object, key: str) -> list[float]:
     if not isinstance(values, list):
         raise InputError(f"{key} must be a list of numbers")
-    for v in values:
-        if isinstance(v, bool) or not isinstance(v, int | float) or not abs(v) <= _LARGEST:
-            raise InputError(f"{key} must hold finite numbers, found {v!r:.40}")
-    return [float(v) for v in values]
+    return [number(v, key) for v in values]
 
 
 def _points(values: object, range_V: float) -> tuple[tuple[float, float], ...]:

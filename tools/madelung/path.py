@@ -7,23 +7,25 @@ is linear between samples.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import expm
 
-from madelung.core import Precision, load
-from madelung.model import MARGIN_SHARE
+from madelung.blocks import UNLIMITED_V, Block, blocks_from_json
+from madelung.core import Chain, Core, Precision, Predictor
+from madelung.model import MARGIN_SHARE, Model
 
 Array = NDArray[np.float64]
 SHAPE_ORDER = 4
-CREEP_MODES_MAX = 12
 SLEW_SUBSTEPS = 4
 VELOCITY_SAMPLES = 0.75
 """Time constant of the velocity filter of the rate block, in (sub)samples."""
-UNLIMITED_V = 1e6
+TINY = 1e-37
+"""Coefficients below this are 0: the DSP takes denormal floats for zero."""
 
 
 @dataclass(frozen=True)
@@ -134,7 +136,177 @@ def delay_coefficients(delay_s: float, step_s: float) -> tuple[int, Array]:
     return whole, np.array(weights)
 
 
-class Runner:
+def discretise(path: SignalPath, step_s: float) -> Chain:
+    """The blocks of a signal path for a sample time; what does nothing stays off."""
+    inner_s = step_s / path.substeps
+    limited = path.high_V < UNLIMITED_V or path.low_V > -UNLIMITED_V
+    return Chain(
+        substeps=path.substeps,
+        shape=path.shape,
+        saturation=(path.high_V, path.low_V, path.knee_V) if limited else None,
+        slew_step_V=path.slew_V_per_s * inner_s if path.slew_V_per_s else None,
+        lag=_lag(1 / (2 * np.pi * path.corner_hz), inner_s) if path.corner_hz else None,
+        rate=_rate(path, inner_s) if path.has_rate else None,
+        creep=tuple((*_lag(m.tau_s, inner_s), m.gain) for m in path.creep),
+        modes=tuple(_mode(m, inner_s) for m in path.modes),
+        dead_band_um=path.dead_band_um or None,
+        delay=_delay(path.delay_s, step_s) if path.delay_s > 0 else None,
+        gain=(path.gain, path.offset_um) if path.gain != 1.0 or path.offset_um != 0.0 else None,
+    )
+
+
+def _lag(tau_s: float, step_s: float) -> tuple[float, float]:
+    decay, ramp = lag_coefficients(tau_s, step_s)
+    return _flushed(decay), _flushed(ramp)
+
+
+def _rate(path: SignalPath, step_s: float) -> tuple[float, ...]:
+    tau_s = VELOCITY_SAMPLES * step_s
+    scale = -1.0 / (tau_s * path.v_ref_V_per_s)
+    return (*_lag(tau_s, step_s), scale, path.power, path.damping_um, path.widening)
+
+
+def _mode(mode: Mode, step_s: float) -> tuple[float, ...]:
+    phi, gamma = mode_coefficients(mode.fn_hz, mode.zeta, step_s)
+    return (*(_flushed(float(v)) for v in (*phi.ravel(), *gamma)), mode.share)
+
+
+def _delay(delay_s: float, step_s: float) -> tuple[int, tuple[float, ...]]:
+    whole, weights = delay_coefficients(delay_s, step_s)
+    return whole, tuple(_flushed(float(w)) for w in weights)
+
+
+def _flushed(value: float) -> float:
+    return value if abs(value) >= TINY else 0.0
+
+
+_FIELDS = {
+    "delay": ("delay_s",),
+    "saturation": ("high_V", "low_V", "knee_V"),
+    "slew_limit": ("slew_V_per_s",),
+    "amplifier_lag": ("corner_hz",),
+    "rate_dependence": ("damping_um", "widening", "power", "v_ref_V_per_s"),
+    "backlash": ("dead_band_um",),
+    "gain_offset": ("gain", "offset_um"),
+}
+"""Fields of `SignalPath` that are the parameters of an effect, under the same names."""
+_SHAPED = {"asymmetry": (1, 3), "non_masing": (2, 4)}
+"""Powers of the middle: odd ones break the central symmetry, even ones bend minor loops alone."""
+_SECONDARY = ("knee_V", "power", "v_ref_V_per_s")
+"""Parameters that do nothing by themselves."""
+
+
+def path_to_blocks(path: SignalPath, models: Mapping[str, str] | None = None) -> tuple[Block, ...]:
+    """The effects of a signal path that act, with their parameters in units.
+
+    Parameters
+    ----------
+    models
+        By effect: the name of its physical model, for people.
+    """
+    names = models or {}
+    idle = SignalPath(path.u_min_V, path.range_V, path.f0)
+    found: dict[str, dict[str, Any]] = {}
+    for effect, keys in _FIELDS.items():
+        if any(getattr(path, k) != getattr(idle, k) for k in keys if k not in _SECONDARY):
+            found[effect] = {k: float(getattr(path, k)) for k in keys}
+    for effect, rows in _SHAPED.items():
+        shape = np.zeros((SHAPE_ORDER, SHAPE_ORDER)) if path.shape is None else np.array(path.shape)
+        terms = {(k, j): float(shape[k - 1, j - 1]) for k in rows for j in range(1, 5)}
+        if any(terms.values()):
+            found[effect] = {f"g{k}{j}_um": g for (k, j), g in terms.items()}
+    if path.creep:
+        found["creep"] = {"modes": [asdict(m) for m in path.creep]}
+    if path.modes:
+        found["resonance"] = {"modes": [asdict(m) for m in path.modes]}
+    blocks = [{"effect": e, "model": names.get(e, ""), "parameters": p} for e, p in found.items()]
+    return blocks_from_json(blocks)
+
+
+def path_of(model: Model) -> SignalPath:
+    """The signal path of a model with a polynomial f0; initial_state is not part of it."""
+    fields: dict[str, Any] = {}
+    shape = np.zeros((SHAPE_ORDER, SHAPE_ORDER))
+    for block in model.blocks:
+        p = block.parameters
+        if block.effect in _FIELDS:
+            fields |= p
+        elif block.effect in _SHAPED:
+            for k in _SHAPED[block.effect]:
+                shape[k - 1] = [p[f"g{k}{j}_um"] for j in range(1, SHAPE_ORDER + 1)]
+        elif block.effect == "creep":
+            fields["creep"] = tuple(CreepMode(**m) for m in p["modes"])
+        elif block.effect == "resonance":
+            fields["modes"] = tuple(Mode(**m) for m in p["modes"])
+    if shape.any():
+        fields["shape"] = tuple(map(tuple, shape.tolist()))
+    return SignalPath(model.u_min_V, model.range_V, model.f0, **fields)
+
+
+def augmented_model(
+    path: SignalPath,
+    u_max_V: float,
+    models: Mapping[str, str] | None = None,
+    start_peak_V: float | None = None,
+    not_in_firmware: Sequence[Block] = (),
+    extra: Mapping[str, Any] | None = None,
+) -> Model:
+    """A model of kind ``augmented`` from a signal path.
+
+    Parameters
+    ----------
+    models
+        By effect: the name of its physical model.
+    start_peak_V
+        Of initial_state: the voltage that the records' history has been to.
+    not_in_firmware
+        Effects that no open-loop predictor can run.
+    extra
+        Further keys of the file.
+
+    Raises
+    ------
+    InputError
+        A parameter is not finite or out of its range.
+    """
+    blocks = path_to_blocks(path, models)
+    if start_peak_V is not None:
+        name = (models or {}).get("initial_state", "")
+        blocks += (Block("initial_state", name, {"start_peak_V": float(start_peak_V)}),)
+    return Model(
+        "augmented",
+        path.u_min_V,
+        u_max_V,
+        f0=path.f0,
+        blocks=blocks,
+        not_in_firmware=tuple(not_in_firmware),
+        extra=dict(extra or {}),
+    )
+
+
+def predictor(model: Model, precision: Precision, step_s: float, start_V: float) -> Predictor:
+    """A model's predictor with its blocks, for a record.
+
+    Parameters
+    ----------
+    step_s
+        Sample time of the record, s.
+    start_V
+        First command of the record, V; it follows the history of initial_state, if there is one.
+
+    Raises
+    ------
+    InputError
+        The core refuses a parameter, or has too little memory for a block.
+    """
+    made = Predictor(model, precision, discretise(path_of(model), step_s))
+    for block in model.blocks:
+        if block.effect == "initial_state":
+            made.lead([max(block.parameters["start_peak_V"], start_V)])
+    return made
+
+
+class Runner(Core):
     """Runs signal paths over records in the C core.
 
     Parameters
@@ -146,87 +318,26 @@ class Runner:
     """
 
     def __init__(self, u_min_V: float, range_V: float, precision: Precision = "float64") -> None:
-        self._ffi, self._lib = load(precision)
-        self._dtype = np.dtype(precision)
-        status = self._ffi.new("int32_t *")
-        zero = self._real([0.0])
-        made = self._lib.batch_new_polynomial(
-            u_min_V, range_V, MARGIN_SHARE * range_V, zero[1], 0, status
-        )
-        if made == self._ffi.NULL:
-            raise ValueError(f"the core refuses the range: status {status[0]}")
-        self._batch = self._ffi.gc(made, self._lib.batch_free)
+        super().__init__(precision)
+        self._make_polynomial(u_min_V, range_V, MARGIN_SHARE * range_V, [0.0])
 
     def run(
         self, path: SignalPath, u_V: ArrayLike, step_s: float, history_V: ArrayLike = ()
     ) -> Array:
-        """Displacement in um, (n,), from rest; history_V is run through the hysteresis first."""
-        self._configure(path, step_s)
-        u, u_pointer = self._real(u_V)
-        past, past_pointer = self._real(history_V)
+        """Displacement in um, (n,), from rest; history_V is run through the hysteresis first.
+
+        A delay below one sample is interpolated between samples on both sides of the moment: one
+        sample more is run, and the displacement shifted back by it.
+        """
+        ahead = int(0 < path.delay_s < step_s)
+        self._set_f0(path.f0)
+        self._set_blocks(discretise(path.but(delay_s=path.delay_s + ahead * step_s), step_s))
+        u_V = np.asarray(u_V)
+        u = self._array(np.append(u_V, u_V[-1:]) if ahead else u_V)
+        past = self._array(history_V)
         y = np.empty_like(u)
         none = self._ffi.NULL
         self._lib.batch_reset(self._batch)
-        self._lib.batch_history(self._batch, past_pointer, past.size)
-        y_pointer = self._ffi.from_buffer("mdl_real[]", y)
-        self._lib.batch_run(self._batch, u_pointer, y_pointer, none, none, u.size)
-        return y.astype(np.float64, copy=False)
-
-    def _real(self, values: ArrayLike) -> tuple[NDArray[Any], Any]:
-        array = np.ascontiguousarray(values, dtype=self._dtype).reshape(-1)
-        return array, self._ffi.from_buffer("mdl_real[]", array)
-
-    def _check(self, status: int) -> None:
-        if status < 0:
-            raise ValueError(f"the core refuses a parameter: status {status}")
-
-    def _configure(self, path: SignalPath, step_s: float) -> None:
-        lib, batch = self._lib, self._batch
-        lib.batch_clear_blocks(batch)
-        f0, f0_pointer = self._real(path.f0)
-        self._check(lib.batch_set_polynomial(batch, f0_pointer, f0.size - 1))
-        shape = self._ffi.NULL if path.shape is None else self._real(path.shape)[1]
-        lib.batch_set_shape(batch, shape)
-        lib.batch_set_substeps(batch, path.substeps)
-        self._configure_drive(path, step_s / path.substeps)
-        self._configure_dynamics(path, step_s / path.substeps)
-        if path.delay_s > 0:
-            whole, weights = delay_coefficients(path.delay_s, step_s)
-            self._check(lib.batch_set_delay(batch, whole, self._real(weights)[1]))
-        if path.gain != 1.0 or path.offset_um != 0.0:
-            lib.batch_set_gain(batch, path.gain, path.offset_um)
-
-    def _configure_drive(self, path: SignalPath, step_s: float) -> None:
-        lib, batch = self._lib, self._batch
-        if path.high_V < UNLIMITED_V or path.low_V > -UNLIMITED_V:
-            lib.batch_set_saturation(batch, path.high_V, path.low_V, path.knee_V)
-        if path.slew_V_per_s:
-            lib.batch_set_slew(batch, path.slew_V_per_s * step_s)
-        if path.corner_hz:
-            lib.batch_set_lag(batch, *lag_coefficients(1 / (2 * np.pi * path.corner_hz), step_s))
-        if path.has_rate:
-            tau = VELOCITY_SAMPLES * step_s
-            scale = -1.0 / (tau * path.v_ref_V_per_s)
-            lib.batch_set_rate(
-                batch,
-                *lag_coefficients(tau, step_s),
-                scale,
-                path.power,
-                path.damping_um,
-                path.widening,
-            )
-
-    def _configure_dynamics(self, path: SignalPath, step_s: float) -> None:
-        lib, batch = self._lib, self._batch
-        if path.creep:
-            lags = np.array([lag_coefficients(m.tau_s, step_s) for m in path.creep])
-            columns = [self._real(v)[1] for v in (*lags.T, [m.gain for m in path.creep])]
-            self._check(lib.batch_set_creep(batch, len(path.creep), *columns))
-        if path.modes:
-            parts = [mode_coefficients(m.fn_hz, m.zeta, step_s) for m in path.modes]
-            phi = self._real([p[0] for p in parts])[1]
-            gamma = self._real([p[1] for p in parts])[1]
-            share = self._real([m.share for m in path.modes])[1]
-            self._check(lib.batch_set_modes(batch, len(path.modes), phi, gamma, share))
-        if path.dead_band_um:
-            lib.batch_set_backlash(batch, path.dead_band_um)
+        self._lib.batch_history(self._batch, self._pointer(past), past.size)
+        self._lib.batch_run(self._batch, self._pointer(u), self._pointer(y), none, none, u.size)
+        return y[ahead:].astype(np.float64, copy=False)
