@@ -4,18 +4,25 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
+from madelung.blocks import Block
+from madelung.core import Chain
 from madelung.errors import InputError
 from madelung.files import replacing
 from madelung.model import MARGIN_SHARE, Model
+from madelung.path import discretise, path_of
 
 CODE_MAX = 4095
 RATE_HZ_MAX = 200_000
+DELAY_WHOLE_MAX = 60
+CREEP_MODES_MAX = 12
+MODES_MAX = 2
+"""What a firmware with the defaults of mdl_config.h has memory for."""
 _TINY = float(np.finfo(np.float32).tiny)
 
 _HEADER = """\
@@ -54,12 +61,14 @@ class Scaling:
 
 
 def default_scaling(model: Model, rate_Hz: int = 10_000) -> Scaling:
-    """The converters span the identified range and the displacements that belong to it."""
+    """The converters span the identified range and the displacements that belong to it at rest."""
     x = np.linspace(0.0, model.range_V, CODE_MAX + 1)
-    if model.kind == "madelung":
-        y = np.polynomial.polynomial.polyval(x, model.f0)
-    else:
+    if model.kind == "major_curve":
         y = np.array([p[1] for p in model.breakpoints])
+    else:
+        y = np.polynomial.polynomial.polyval(x, model.f0)
+    path = path_of(model)
+    y = y[0] + (y - y[0]) * (1.0 + sum(m.gain for m in path.creep)) * path.gain + path.offset_um
     return Scaling(rate_Hz, (model.u_min_V, model.u_max_V), (float(y.min()), float(y.max())))
 
 
@@ -89,18 +98,13 @@ def params_source(model: Model, scaling: Scaling) -> str:
         raise InputError(f"the sample rate ({scaling.rate_Hz} Hz) must be 1 to {RATE_HZ_MAX} Hz")
     _check_ascending(scaling.input_V, "input", "V")
     y_low, y_high = _check_ascending(scaling.output_um, "output", "um")
-    share = json.dumps(
-        {
-            "kind": model.kind,
-            "u_min_V": model.u_min_V,
-            "u_max_V": model.u_max_V,
-            "source": model.extra.get("source"),
-        }
-    )
+    step_s = 1.0 / scaling.rate_Hz
+    model, notes = _fitting(model, step_s)
+    chain = discretise(path_of(model), step_s)
     lines = [
         "/* clang-format off */",
         "/* Written by `madelung export`; do not edit. Reals are floats, exact in nine digits.",
-        f" * model: {share.replace('/*', '/ *').replace('*/', '* /')}",
+        *(f" * {_commented(line)}" for line in _about(model, notes)),
         " */",
         '#include "mdl_params.h"',
         "",
@@ -108,11 +112,10 @@ def params_source(model: Model, scaling: Scaling) -> str:
         '#pragma DATA_SECTION(mdl_params, "mdl_params") /* the F28335 copies it to RAM */',
         "#endif",
         "",
+        *_shape(model, chain),
         "const mdl_app_params mdl_params = {",
         "    .chain = {",
-        f"        .u_min_volts = {literal(model.u_min_V, 'u_min_V')},",
-        f"        .margin_volts = {literal(MARGIN_SHARE * model.range_V, 'the margin')},",
-        *_major(model),
+        *(f"        {line}" for line in _members(_chain(model, chain))),
         "    },",
         f"    .rate_hz = {scaling.rate_Hz}u,",
         f"    .u_zero_volts = {literal(scaling.input_V[0], 'the input range')},",
@@ -122,6 +125,49 @@ def params_source(model: Model, scaling: Scaling) -> str:
         "};",
     ]
     return "\n".join(lines) + "\n"
+
+
+def _fitting(model: Model, step_s: float) -> tuple[Model, list[str]]:
+    """The model with the blocks that the firmware has memory for, and a line on every other one."""
+    kept, notes = [], []
+    for block in model.blocks:
+        why = _too_large(block, step_s)
+        if block.effect == "initial_state":
+            why = "drive there once before the first sample"
+        if why:
+            notes.append(f"{block.told()}: {why}")
+        else:
+            kept.append(block)
+    notes += [f"{b.told()}: no open-loop predictor can run it" for b in model.not_in_firmware]
+    return replace(model, blocks=tuple(kept)), notes
+
+
+def _too_large(block: Block, step_s: float) -> str | None:
+    one = discretise(path_of(Model("augmented", 0.0, 1.0, f0=(0.0,), blocks=(block,))), step_s)
+    for size, limit, what in (
+        (one.delay[0] if one.delay else 0, DELAY_WHOLE_MAX, "samples"),
+        (len(one.creep), CREEP_MODES_MAX, "modes"),
+        (len(one.modes), MODES_MAX, "modes"),
+    ):
+        if size > limit:
+            return f"{size} {what}, the firmware has memory for {limit}: see mdl_config.h"
+    return None
+
+
+def _about(model: Model, notes: list[str]) -> Iterator[str]:
+    head = {"kind": model.kind, "u_min_V": model.u_min_V, "u_max_V": model.u_max_V}
+    yield "model: " + json.dumps({**head, "source": model.extra.get("source")})
+    for title, told in (
+        ("in this firmware:", [b.told() for b in model.blocks]),
+        ("not in this firmware:", notes),
+    ):
+        if told:
+            yield title
+            yield from (f"- {line}" for line in told)
+
+
+def _commented(line: str) -> str:
+    return line.replace("/*", "/ *").replace("*/", "* /").replace("\n", " ")
 
 
 def volts_per_code(model: Model, input_V: tuple[float, float]) -> float:
@@ -161,28 +207,137 @@ def _check_ascending(limits: tuple[float, float], what: str, unit: str) -> tuple
     return limits
 
 
-def _major(model: Model) -> list[str]:
-    if model.kind == "madelung":
-        head = {"kind": "MDL_POLYNOMIAL", "degree": f"{len(model.f0) - 1}u"}
-        y_zero = model.f0[0]
-        arrays: dict[str, Iterable[float]] = {"c": model.f0}
-    elif model.kind == "major_curve":
+Tree = dict[str, "str | Tree"]
+"""Members of a struct: C text, or a struct."""
+
+
+def _members(tree: Tree) -> list[str]:
+    """Designated initialisers, a member a line."""
+    lines: list[str] = []
+    for name, value in tree.items():
+        if isinstance(value, str):
+            lines.append(f".{name} = {value},")
+        else:
+            lines += [f".{name} = {{", *(f"    {line}" for line in _members(value)), "},"]
+    if lines:
+        lines[-1] = lines[-1].removesuffix(",")
+    return lines
+
+
+def _chain(model: Model, chain: Chain) -> Tree:
+    margin = literal(MARGIN_SHARE * model.range_V, "the margin")
+    blocks = _blocks(chain)
+    tree: Tree = {
+        "u_min_volts": literal(model.u_min_V, "u_min_V"),
+        "margin_volts": margin,
+        "major": _major(model, chain),
+    }
+    if not blocks:
+        return tree
+    bits = " | ".join(f"MDL_BLOCK_{name}" for name in blocks)
+    tree |= {"blocks": bits, "substeps": f"{chain.substeps}u"}
+    for members in blocks.values():
+        tree |= members
+    return tree
+
+
+def _blocks(chain: Chain) -> dict[str, Tree]:
+    """By block that acts, the name of its bit: its members of mdl_chain_params."""
+    found: dict[str, Tree] = {}
+    if chain.saturation is not None:
+        found["SATURATION"] = {"saturation": _struct("saturation", _SATURATION, chain.saturation)}
+    if chain.slew_step_V is not None:
+        found["SLEW"] = {"slew_step_volts": literal(chain.slew_step_V, "slew_step_volts")}
+    if chain.lag is not None:
+        found["LAG"] = {"lag": _struct("lag", _LAG, chain.lag)}
+    if chain.rate is not None:
+        rate: Tree = {"filter": _struct("rate", _LAG, chain.rate)}
+        found["RATE"] = {"rate": rate | _struct("rate", _RATE, chain.rate[2:])}
+    if chain.creep:
+        found["CREEP"] = {
+            "creep_count": f"{len(chain.creep)}u",
+            "creep": _array([_creep(m) for m in chain.creep]),
+        }
+    if chain.modes:
+        found["MODES"] = {
+            "mode_count": f"{len(chain.modes)}u",
+            "mode": _array([_mode(m) for m in chain.modes]),
+        }
+    if chain.dead_band_um is not None:
+        found["BACKLASH"] = {"dead_band_um": literal(chain.dead_band_um, "dead_band_um")}
+    if chain.delay is not None:
+        whole, weights = chain.delay
+        found["DELAY"] = {
+            "delay": {"whole": f"{whole}u", "weight": f"{{{_list(weights, 'weight')}}}"}
+        }
+    if chain.gain is not None:
+        found["GAIN"] = _struct("gain_offset", ("gain", "offset_um"), chain.gain)
+    return found
+
+
+_LAG = ("decay", "ramp")
+_RATE = ("v_scale", "power", "damping_um", "widening", "threshold_volts")
+_SATURATION = ("high_volts", "low_volts", "knee_volts")
+
+
+def _struct(what: str, names: Iterable[str], values: Iterable[float]) -> Tree:
+    """One real per name; further values are left to others."""
+    return {n: literal(v, f"{what}.{n}") for n, v in zip(names, values, strict=False)}
+
+
+def _creep(mode: tuple[float, ...]) -> str:
+    decay, ramp, gain = (literal(v, "creep") for v in mode)
+    return f"{{{{{decay}, {ramp}}}, {gain}}}"
+
+
+def _mode(mode: tuple[float, ...]) -> str:
+    a, b, c, d, e, f, share = (literal(v, "mode") for v in mode)
+    return f"{{{{{{{a}, {b}}}, {{{c}, {d}}}}}, {{{e}, {f}}}, {share}}}"
+
+
+def _array(rows: list[str]) -> str:
+    return "{\n" + ",\n".join(" " * 12 + row for row in rows) + "\n        }"
+
+
+def _shape(model: Model, chain: Chain) -> list[str]:
+    """The terms of asymmetry and non-Masing, which the major curve points to."""
+    if chain.shape is None:
+        return []
+    per_range = float(np.float32(1.0) / np.float32(model.range_as(np.float32)))
+    rows = [f"{{{_list(row, f'g[{k}]')}}}" for k, row in enumerate(chain.shape)]
+    return [
+        "#ifdef __TMS320C28XX__",
+        '#pragma DATA_SECTION(shape, "mdl_params")',
+        "#endif",
+        "static const mdl_shape shape = {",
+        f"    .per_range = {literal(per_range, '1 / range')},",
+        "    .g = {",
+        ",\n".join(f"        {row}" for row in rows),
+        "    }",
+        "};",
+        "",
+    ]
+
+
+def _major(model: Model, chain: Chain) -> Tree:
+    if model.kind == "major_curve":
         x, y = (np.array(v, np.float32) for v in zip(*model.breakpoints, strict=True))
         x[-1] = model.range_as(np.float32)
         slope = np.diff(y) / np.diff(x)  # in float32, as mdl_major_init_breakpoints does
-        head = {"kind": "MDL_PIECEWISE_LINEAR", "count": f"{x.size}u"}
+        head: Tree = {"kind": "MDL_PIECEWISE_LINEAR", "count": f"{x.size}u"}
         y_zero = float(y[0])
         arrays = {"x_volts": x, "y_um": y, "slope": np.append(slope, slope[-1])}
     else:
-        raise InputError(f"a model of kind {model.kind!r} cannot be exported")
-    scalars = {
-        **head,
+        head = {"kind": "MDL_POLYNOMIAL", "degree": f"{len(model.f0) - 1}u"}
+        y_zero = model.f0[0]
+        arrays = {"c": np.array(model.f0)}
+    tree = head | {
         "range_volts": literal(model.range_as(np.float32), "the range"),
         "at_zero_um": literal(y_zero, "f0(0)"),
     }
-    members = [f"            .{name} = {value}" for name, value in scalars.items()]
-    members += [f"            .{name} = {{{_list(v, name)}}}" for name, v in arrays.items()]
-    return ["        .major = {", ",\n".join(members), "        }"]
+    if chain.shape is not None:
+        tree["shape"] = "&shape"
+    return tree | {name: f"{{{_list(v, name)}}}" for name, v in arrays.items()}
 
 
 def _list(values: Iterable[float], name: str) -> str:
