@@ -12,6 +12,7 @@ from madelung.commands.diagnose import diagnose
 from madelung.commands.export import export
 from madelung.commands.identify import identify
 from madelung.commands.predict import predict
+from madelung.commands.reproduce import reproduce
 from madelung.commands.simulate import simulate, unseal
 from madelung.errors import InputError
 
@@ -39,6 +40,7 @@ def _options(
 
 app.command()(identify)
 app.command()(predict)
+app.command()(reproduce)
 app.command()(diagnose)
 app.command()(export)
 app.command()(simulate)

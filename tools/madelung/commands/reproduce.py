@@ -1,0 +1,64 @@
+"""``madelung reproduce``: a paper's results beside ours."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from madelung.reproduce import Row
+
+
+class Paper(StrEnum):
+    """Papers that can be reproduced."""
+
+    CAO2019 = "cao2019"
+
+
+def reproduce(
+    paper: Annotated[Paper, typer.Argument(help="cao2019: Cao & Li, Sensors 2019, 19, 352.")],
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output", "-o", help="Write table.md, table.json and the figures here, PNG (folder)."
+        ),
+    ] = None,
+) -> None:
+    """Compute a paper's results, and print them beside the paper's.
+
+    agrees: ours confirms the paper's. differs: it does not, and the note says why. not comparable:
+    it depends on something that only the authors have.
+    """
+    from madelung.commands.common import working
+    from madelung.reproduce import reproduce as run
+    from madelung.reproduce import write
+
+    with working("computing"):
+        found = run()
+    if output is not None:
+        with working("drawing"):
+            write(output, found)
+    _print(found.rows)
+    if output is not None:
+        typer.echo(str(output))
+
+
+def _print(rows: tuple[Row, ...]) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    from madelung.reproduce import verdict
+
+    console = Console()
+    if not console.is_terminal:
+        console = Console(width=140)
+    table = Table("where", "what", "paper", "ours", "", show_edge=False)
+    for row in rows:
+        table.add_row(row.where, row.what, row.paper, row.ours, verdict(row))
+    console.print(table)
+    for row in rows:
+        if row.note:
+            typer.echo(f"{row.where}, {row.what}: {row.note}")
