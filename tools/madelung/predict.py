@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -96,8 +97,11 @@ def predict(
             f"{record.name}: y is in {record.y_unit}, the model gives {unit}: convert the record"
         )
     _check_range(model, record)
-    predicted, status, turning_points = Predictor(model, precision).run_with_status(record.u_V)
+    predicted, status, turning_points = _run(model, record, precision)
     warnings = record.warnings()
+    if model.not_in_firmware:
+        names = ", ".join(b.effect for b in model.not_in_firmware)
+        warnings.append(f"the model knows of {names}, which no open-loop predictor can predict")
     for bit, text in (
         (Status.EXTRAPOLATED, f"outside {model.u_min_V:g} to {model.u_max_V:g} V: f0 extrapolated"),
         (Status.MEMORY_FULL, "with more turning points than the memory holds"),
@@ -124,6 +128,38 @@ def predict(
         scored,
         tuple(warnings),
     )
+
+
+def _run(
+    model: Model, record: Record, precision: Precision
+) -> tuple[NDArray[np.floating[Any]], NDArray[np.int32], NDArray[np.uint32]]:
+    """Displacement, status and turning points for every row.
+
+    Blocks need a uniform sample time: where rows are missing, the command is bridged linearly.
+    """
+    if model.kind != "augmented":
+        return Predictor(model, precision).run_with_status(record.u_V)
+    from madelung.path import predictor  # scipy is slow to import
+
+    rows, u_V = on_grid(record)
+    made = predictor(model, precision, record.step_s, float(u_V[0]))
+    predicted, status, turning_points = made.run_with_status(u_V)
+    return predicted[rows], status[rows], turning_points[rows]
+
+
+def on_grid(record: Record) -> tuple[NDArray[np.int64], Floats]:
+    """Place of each row on a uniform time grid, (n,), and the command on that grid, (m,).
+
+    Raises
+    ------
+    InputError
+        Most rows of the record are missing.
+    """
+    rows = np.rint((record.t_s - record.t_s[0]) / record.step_s).astype(np.int64)
+    size = int(rows[-1]) + 1
+    if size > 2 * rows.size:
+        raise InputError(f"{record.name}: most rows are missing; the model's dynamics need them")
+    return rows, np.interp(np.arange(size), rows, record.u_V)
 
 
 def _check_range(model: Model, record: Record) -> None:
