@@ -73,6 +73,7 @@ static mdl_status start(mdl_chain *chain, mdl_real u)
     chain->at.u_volts = u;
     chain->at.slewed_volts = v;
     chain->at.drive_volts = v;
+    chain->at.gripped_volts = v - p->u_min_volts;
     chain->at.hysteresis_um = y;
     mdl_lag_reset(&chain->at.lag);
     mdl_lag_reset(&chain->at.velocity);
@@ -87,6 +88,7 @@ static mdl_status start(mdl_chain *chain, mdl_real u)
     chain->at.target_um =
         acts(chain, MDL_BLOCK_BACKLASH) ? mdl_backlash_start(p->dead_band_um, y) : y;
     mdl_delay_reset(&chain->delay, chain->at.target_um);
+    chain->at.delayed_um = chain->at.target_um;
     chain->started = 1;
     return status;
 }
@@ -109,16 +111,24 @@ static mdl_status hysteresis(mdl_chain *chain, mdl_real v, mdl_real *y)
 {
     const mdl_chain_params *p = chain->params;
     mdl_real x = v - p->u_min_volts;
-    mdl_status status = mdl_traj_step(&chain->traj, x, y);
+    mdl_real s = MDL_C(0.0);
+    mdl_status status;
     if (acts(chain, MDL_BLOCK_RATE)) {
-        *y += mdl_rate_step(&chain->at.velocity, &p->rate, &p->major, x, v - chain->at.drive_volts,
-                            *y);
+        mdl_real width;
+        s = mdl_rate_power(&chain->at.velocity, &p->rate, v - chain->at.drive_volts);
+        width = MDL_C(2.0) * p->rate.threshold_volts * (s < MDL_C(0.0) ? -s : s);
+        x = mdl_backlash_step(width, chain->at.gripped_volts, x);
+        chain->at.gripped_volts = x;
+    }
+    status = mdl_traj_step(&chain->traj, x, y);
+    if (acts(chain, MDL_BLOCK_RATE)) {
+        *y += mdl_rate_added(&p->rate, &p->major, s, x, *y);
     }
     chain->at.drive_volts = v;
     return status;
 }
 
-/* Mechanics box: flexure modes, then backlash. */
+/* Mechanics box: flexure modes, then backlash. The delay, which commutes, comes last. */
 static void mechanics(mdl_chain *chain, mdl_real y)
 {
     const mdl_chain_params *p = chain->params;
@@ -133,6 +143,9 @@ static void mechanics(mdl_chain *chain, mdl_real y)
     chain->at.target_um = acts(chain, MDL_BLOCK_BACKLASH)
                               ? mdl_backlash_step(p->dead_band_um, chain->at.target_um, y)
                               : y;
+    y = chain->at.target_um;
+    chain->at.delayed_um =
+        acts(chain, MDL_BLOCK_DELAY) ? mdl_delay_step(&chain->delay, &p->delay, y) : y;
 }
 
 static mdl_status substep(mdl_chain *chain, mdl_real u)
@@ -143,14 +156,11 @@ static mdl_status substep(mdl_chain *chain, mdl_real u)
     return status;
 }
 
-/* Delay and sensor: what the measured displacement is now. */
-static mdl_real measured(mdl_chain *chain)
+/* Sensor: what the measured displacement is now. */
+static mdl_real measured(const mdl_chain *chain)
 {
     const mdl_chain_params *p = chain->params;
-    mdl_real y = chain->at.target_um;
-    if (acts(chain, MDL_BLOCK_DELAY)) {
-        y = mdl_delay_step(&chain->delay, &p->delay, y);
-    }
+    mdl_real y = chain->at.delayed_um;
     if (acts(chain, MDL_BLOCK_GAIN)) {
         y = p->gain * (y - p->major.at_zero_um) + p->major.at_zero_um + p->offset_um;
     }

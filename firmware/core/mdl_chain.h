@@ -53,7 +53,7 @@ typedef struct {
     uint16_t mode_count;
     mdl_mode_params mode[MDL_MODES_MAX];
     mdl_real dead_band_um;  /**< full width */
-    mdl_delay_params delay; /**< in samples, not substeps */
+    mdl_delay_params delay; /**< in substeps */
     mdl_real gain;
     mdl_real offset_um;
 } mdl_chain_params;
@@ -65,11 +65,13 @@ typedef struct {
     mdl_real drive_volts;  /**< behind the input box */
     mdl_lag lag;
     mdl_lag velocity;
+    mdl_real gripped_volts; /**< behind the play of the rate block, less u_min */
     mdl_real hysteresis_um;
     mdl_lag creep[MDL_CREEP_MODES_MAX];
     mdl_real crept_um;
     mdl_mode mode[MDL_MODES_MAX];
-    mdl_real target_um; /**< behind the backlash */
+    mdl_real target_um;  /**< behind the backlash */
+    mdl_real delayed_um; /**< behind the delay */
 } mdl_chain_blocks;
 
 /** State of a predictor. The caller owns it, the parameters and both sides of the memory. */

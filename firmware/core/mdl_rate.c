@@ -11,14 +11,20 @@ static mdl_real middle(const mdl_major *major, mdl_real x)
                                              mdl_major_swing(major, x, range));
 }
 
-mdl_real mdl_rate_step(mdl_lag *state, const mdl_rate_params *params, const mdl_major *major,
-                       mdl_real x_volts, mdl_real rise_volts, mdl_real y_um)
+mdl_real mdl_rate_power(mdl_lag *state, const mdl_rate_params *params, mdl_real rise_volts)
 {
     mdl_real v = mdl_lag_step(state, &params->filter, rise_volts) * params->v_scale;
     mdl_real size = mdl_power(v < MDL_C(0.0) ? -v : v, params->power);
-    mdl_real added = v < MDL_C(0.0) ? -params->damping_um : params->damping_um;
+    return v < MDL_C(0.0) ? -size : size;
+}
+
+mdl_real mdl_rate_added(const mdl_rate_params *params, const mdl_major *major, mdl_real s,
+                        mdl_real x_volts, mdl_real y_um)
+{
+    mdl_real added = params->damping_um * s;
     if (params->widening != MDL_C(0.0)) {
-        added += params->widening * (y_um - middle(major, x_volts));
+        mdl_real size = s < MDL_C(0.0) ? -s : s;
+        added += params->widening * size * (y_um - middle(major, x_volts));
     }
-    return size * added;
+    return added;
 }

@@ -266,7 +266,7 @@ void test_backlash(void)
     STEP(1.0, 5.0, MDL_OK); /* 4, pulled */
 }
 
-void test_delay_in_samples_whatever_the_substeps(void)
+void test_delay_in_substeps(void)
 {
     use_line(MDL_BLOCK_DELAY);
     params.substeps = 4;
@@ -275,9 +275,25 @@ void test_delay_in_samples_whatever_the_substeps(void)
     params.delay.weight[1] = MDL_C(0.5);
     start();
     STEP(0.0, 3.0, MDL_OK); /* at rest there before */
-    STEP(4.0, 3.0, MDL_OK);
-    STEP(4.0, 5.0, MDL_OK);
-    STEP(0.0, 7.0, MDL_OK);
+    STEP(4.0, 5.5, MDL_OK); /* 3, 4, 5, 6, 7: between the last two but one */
+    STEP(4.0, 7.0, MDL_OK);
+    STEP(0.0, 4.5, MDL_OK);
+}
+
+void test_rate_can_raise_the_thresholds(void)
+{
+    use_line(MDL_BLOCK_RATE);
+    params.rate.filter.decay = MDL_C(1.0);
+    params.rate.filter.ramp = MDL_C(1.0);
+    params.rate.v_scale = MDL_C(-1.0);
+    params.rate.power = MDL_C(1.0);
+    params.rate.damping_um = MDL_C(0.0);
+    params.rate.widening = MDL_C(0.0);
+    params.rate.threshold_volts = MDL_C(0.25);
+    start();
+    STEP(-2.0, 1.0, MDL_OK);
+    STEP(2.0, 4.0, MDL_OK); /* a rise of 4: x = 4 less 1 */
+    STEP(2.0, 5.0, MDL_OK); /* at rest the play has no width */
 }
 
 void test_gain_about_f0_of_zero_and_offset(void)

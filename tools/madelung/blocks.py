@@ -47,7 +47,7 @@ def _terms(rows: Sequence[int]) -> dict[str, _Range]:
 _POSITIVE = (1e-9, 1e12)
 _ANY = (-1e6, 1e6)
 _FLAT = {
-    "delay": {"delay_s": _Range(0.0, 1e3)},
+    "delay": {"delay_s": _Range(0.0, 1e3), "substeps_min": _Range(1, 64, 1)},
     "saturation": {
         "high_V": _Range(*_ANY, UNLIMITED_V),
         "low_V": _Range(*_ANY, -UNLIMITED_V),
@@ -59,6 +59,7 @@ _FLAT = {
     "rate_dependence": {
         "damping_um": _Range(*_ANY, 0.0),
         "widening": _Range(*_ANY, 0.0),
+        "threshold_V": _Range(0.0, 1e6, 0.0),
         "power": _Range(0.01, 4.0, 1.0),
         "v_ref_V_per_s": _Range(*_POSITIVE),
     },

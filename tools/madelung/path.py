@@ -63,14 +63,14 @@ class SignalPath:
         Slew limit, 0: none.
     corner_hz
         Amplifier lag, 0: none.
-    damping_um, widening, power, v_ref_V_per_s
+    damping_um, widening, threshold_V, power, v_ref_V_per_s
         Rate dependence (mdl_rate.h).
     creep, modes
         Creep ladder, flexure modes.
     dead_band_um
         Backlash, full width.
-    delay_s
-        Pure delay.
+    delay_s, substeps_min
+        Pure delay; steps per sample in which the command is taken as linear, at least.
     gain, offset_um
         Sensor: y' = gain (y - y(u_min)) + y(u_min) + offset.
     """
@@ -86,12 +86,14 @@ class SignalPath:
     corner_hz: float = 0.0
     damping_um: float = 0.0
     widening: float = 0.0
+    threshold_V: float = 0.0
     power: float = 1.0
     v_ref_V_per_s: float = 1.0
     creep: tuple[CreepMode, ...] = field(default=())
     modes: tuple[Mode, ...] = field(default=())
     dead_band_um: float = 0.0
     delay_s: float = 0.0
+    substeps_min: int = 1
     gain: float = 1.0
     offset_um: float = 0.0
 
@@ -102,12 +104,13 @@ class SignalPath:
     @property
     def substeps(self) -> int:
         """Steps per sample: slew limit and rate dependence need more than one."""
-        return SLEW_SUBSTEPS if self.slew_V_per_s or self.has_rate else 1
+        needed = SLEW_SUBSTEPS if self.slew_V_per_s or self.has_rate else 1
+        return max(needed, int(self.substeps_min))
 
     @property
     def has_rate(self) -> bool:
         """Whether the rate block acts."""
-        return self.damping_um != 0.0 or self.widening != 0.0
+        return (self.damping_um, self.widening, self.threshold_V) != (0.0, 0.0, 0.0)
 
 
 def lag_coefficients(tau_s: float, step_s: float) -> tuple[float, float]:
@@ -150,7 +153,7 @@ def discretise(path: SignalPath, step_s: float) -> Chain:
         creep=tuple((*_lag(m.tau_s, inner_s), m.gain) for m in path.creep),
         modes=tuple(_mode(m, inner_s) for m in path.modes),
         dead_band_um=path.dead_band_um or None,
-        delay=_delay(path.delay_s, step_s) if path.delay_s > 0 else None,
+        delay=_delay(path.delay_s, inner_s) if path.delay_s > 0 else None,
         gain=(path.gain, path.offset_um) if path.gain != 1.0 or path.offset_um != 0.0 else None,
     )
 
@@ -163,7 +166,7 @@ def _lag(tau_s: float, step_s: float) -> tuple[float, float]:
 def _rate(path: SignalPath, step_s: float) -> tuple[float, ...]:
     tau_s = VELOCITY_SAMPLES * step_s
     scale = -1.0 / (tau_s * path.v_ref_V_per_s)
-    return (*_lag(tau_s, step_s), scale, path.power, path.damping_um, path.widening)
+    return (*_lag(tau_s, step_s), scale, path.power, path.damping_um, path.widening, path.threshold_V)
 
 
 def _mode(mode: Mode, step_s: float) -> tuple[float, ...]:
@@ -181,18 +184,18 @@ def _flushed(value: float) -> float:
 
 
 _FIELDS = {
-    "delay": ("delay_s",),
+    "delay": ("delay_s", "substeps_min"),
     "saturation": ("high_V", "low_V", "knee_V"),
     "slew_limit": ("slew_V_per_s",),
     "amplifier_lag": ("corner_hz",),
-    "rate_dependence": ("damping_um", "widening", "power", "v_ref_V_per_s"),
+    "rate_dependence": ("damping_um", "widening", "threshold_V", "power", "v_ref_V_per_s"),
     "backlash": ("dead_band_um",),
     "gain_offset": ("gain", "offset_um"),
 }
 """Fields of `SignalPath` that are the parameters of an effect, under the same names."""
 _SHAPED = {"asymmetry": (1, 3), "non_masing": (2, 4)}
 """Powers of the middle: odd ones break the central symmetry, even ones bend minor loops alone."""
-_SECONDARY = ("knee_V", "power", "v_ref_V_per_s")
+_SECONDARY = ("knee_V", "power", "v_ref_V_per_s", "substeps_min")
 """Parameters that do nothing by themselves."""
 
 
@@ -326,10 +329,11 @@ class Runner(Core):
     ) -> Array:
         """Displacement in um, (n,), from rest; history_V is run through the hysteresis first.
 
-        A delay below one sample is interpolated between samples on both sides of the moment: one
-        sample more is run, and the displacement shifted back by it.
+        In float64 a delay below one sample is interpolated between samples on both sides of the
+        moment: one sample more is run, and the displacement shifted back by it. The firmware
+        cannot look ahead, so float32 does not.
         """
-        ahead = int(0 < path.delay_s < step_s)
+        ahead = int(self._dtype == np.float64 and 0 < path.delay_s < step_s)
         self._set_f0(path.f0)
         self._set_blocks(discretise(path.but(delay_s=path.delay_s + ahead * step_s), step_s))
         u_V = np.asarray(u_V)

@@ -114,9 +114,10 @@ void batch_set_lag(batch *b, mdl_real decay, mdl_real ramp)
 }
 
 void batch_set_rate(batch *b, mdl_real decay, mdl_real ramp, mdl_real v_scale, mdl_real power,
-                    mdl_real damping_um, mdl_real widening)
+                    mdl_real damping_um, mdl_real widening, mdl_real threshold_volts)
 {
-    b->params.rate = (mdl_rate_params){{decay, ramp}, v_scale, power, damping_um, widening};
+    b->params.rate =
+        (mdl_rate_params){{decay, ramp}, v_scale, power, damping_um, widening, threshold_volts};
     switch_on(b, MDL_BLOCK_RATE);
 }
 

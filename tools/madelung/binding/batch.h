@@ -40,7 +40,7 @@ void batch_set_saturation(batch *b, mdl_real high_volts, mdl_real low_volts, mdl
 void batch_set_slew(batch *b, mdl_real step_volts);
 void batch_set_lag(batch *b, mdl_real decay, mdl_real ramp);
 void batch_set_rate(batch *b, mdl_real decay, mdl_real ramp, mdl_real v_scale, mdl_real power,
-                    mdl_real damping_um, mdl_real widening);
+                    mdl_real damping_um, mdl_real widening, mdl_real threshold_volts);
 int32_t batch_set_creep(batch *b, uint16_t count, const mdl_real *decay, const mdl_real *ramp,
                         const mdl_real *gain);
 int32_t batch_set_modes(batch *b, uint16_t count, const mdl_real *phi, const mdl_real *gamma,

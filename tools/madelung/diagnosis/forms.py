@@ -138,14 +138,20 @@ def _input_forms(s: Scales) -> list[Form]:
             refines=knee in params,
         )
 
+    def delay(name: str, substeps: int) -> Form:
+        longest = min(0.05, 0.1 * s.length_max_s, 400 * s.step_min_s)
+        return Form(
+            "delay",
+            name,
+            (Param("delay_s", 0.0, longest, scale=s.step_min_s),),
+            lambda _: [{"delay_s": d} for d in np.geomspace(2e-5, longest / 2, 10)],
+            path=lambda path, v: path.but(delay_s=v["delay_s"], substeps_min=substeps),
+            refines=substeps > 1,
+        )
+
     return [
-        Form(
-            "delay",
-            "delay",
-            (Param("delay_s", 0.0, min(0.05, 0.1 * s.length_max_s), scale=s.step_min_s),),
-            lambda _: [{"delay_s": d} for d in np.geomspace(2e-5, 0.02, 10)],
-            path=lambda path, v: path.but(delay_s=v["delay_s"]),
-        ),
+        delay("smooth command", 1),
+        delay("command linear between samples", 8),
         clip("hard, high end", high),
         clip("hard, low end", low),
         clip("hard, both ends", high, low),
@@ -218,6 +224,13 @@ def _hysteresis_forms(s: Scales) -> list[Form]:
             (widening, power),
             rate_starts("widening", 0.1),
             path=rate("widening"),
+        ),
+        Form(
+            "rate_dependence",
+            "thresholds",
+            (Param("threshold_V", 0.0, 0.3 * s.range_V, scale=0.1 * s.range_V), power),
+            rate_starts("threshold_V", 0.01 * s.range_V),
+            path=rate("threshold_V"),
         ),
         Form(
             "initial_state",
