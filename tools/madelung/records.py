@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -137,7 +137,7 @@ _FAULT_TEXT: dict[FaultKind, str] = {
 
 
 def read_record(path: Path) -> Record:
-    """Read a record; the suffix of its name decides how (CSV unless another loader is known).
+    """Read a record; the suffix of its name decides how (CSV unless `formats` knows it).
 
     Raises
     ------
@@ -145,7 +145,9 @@ def read_record(path: Path) -> Record:
         The file cannot be read or is not a record: missing or doubled column, unit that does not
         fit, a value that is not a finite number, time running back, u constant, too short.
     """
-    return _LOADERS.get(path.suffix.lower(), _read_csv)(path)
+    from madelung.formats import read_other
+
+    return read_other(path) or _read_csv(path)
 
 
 def write_record(path: Path, record: Record) -> None:
@@ -182,14 +184,14 @@ def make_record(name: str, columns: dict[str, NDArray[Any]], first_line: int = 2
     columns
         Arrays of equal length by their name with unit (``t_ms``, ``u_V``, ``y_nm``, ...).
     first_line
-        Number of the first row in messages.
+        Number of the first row in messages; 1 where the names are not in a row.
 
     Raises
     ------
     InputError
         See `read_record`.
     """
-    chosen = _choose(name, list(columns))
+    chosen = _choose(name if first_line == 1 else f"{name}: row 1", list(columns))
     values: dict[str, Floats] = {}
     for quantity, (column, scale) in chosen.items():
         limit = _LIMIT[quantity] / scale
@@ -221,37 +223,42 @@ def make_record(name: str, columns: dict[str, NDArray[Any]], first_line: int = 2
     )
 
 
-def _choose(name: str, columns: list[str]) -> dict[str, tuple[str, float]]:
+def is_column(name: str) -> bool:
+    """Whether a name is that of time, command, monitor or displacement, with whatever unit."""
+    return name.rpartition("_")[0] in _SCALE
+
+
+def _choose(where: str, columns: list[str]) -> dict[str, tuple[str, float]]:
     """Which column holds which quantity, with its factor to the base unit."""
     chosen: dict[str, tuple[str, float]] = {}
     for column in columns:
-        quantity, _, unit = column.rpartition("_")
-        if quantity not in _SCALE:
+        if not is_column(column):
             continue
+        quantity, _, unit = column.rpartition("_")
         units = _SCALE[quantity]
         if unit not in units:
             known = " or ".join(f"{quantity}_{u}" for u in units)
             raise InputError(
-                f"{name}: row 1: column {column!r}: the unit {unit!r} does not fit; "
+                f"{where}: column {column!r}: the unit {unit!r} does not fit; "
                 f"convert it and name it {known}"
             )
         if quantity in chosen:
             raise InputError(
-                f"{name}: row 1: columns {chosen[quantity][0]!r} and {column!r} both hold "
+                f"{where}: columns {chosen[quantity][0]!r} and {column!r} both hold "
                 f"{quantity}: remove one"
             )
         chosen[quantity] = (column, units[unit])
     several = [c for c in columns if c[:1] == "u" and c[1:].partition("_")[0].isdigit()]
     if len(several) > 1:
         raise InputError(
-            f"{name}: row 1: {len(several)} input columns ({', '.join(several)}): a predictor with "
+            f"{where}: {len(several)} input columns ({', '.join(several)}): a predictor with "
             "one input cannot explain an output that several inputs drive; record one actuator "
             "with the others at rest and name its columns u_V and y_um"
         )
     for quantity, wanted in (("t", "t_s or t_ms"), ("u", "u_V or u_mV")):
         if quantity not in chosen:
             raise InputError(
-                f"{name}: row 1: no column {wanted}; the header reads {','.join(columns)[:100]!r}"
+                f"{where}: no column {wanted}; the names are {','.join(columns)[:100]!r}"
             )
     return chosen
 
@@ -406,6 +413,3 @@ def _columns(header: list[str], frame: pd.DataFrame) -> dict[str, NDArray[Any]]:
         filled = np.flatnonzero(~frame.isna().all(axis=1).to_numpy())
         frame = frame.iloc[: filled[-1] + 1 if filled.size else 0]
     return {name: frame.iloc[:, i].to_numpy() for i, name in enumerate(header)}
-
-
-_LOADERS: dict[str, Callable[[Path], Record]] = {}
