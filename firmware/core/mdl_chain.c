@@ -112,16 +112,20 @@ static mdl_status hysteresis(mdl_chain *chain, mdl_real v, mdl_real *y)
     const mdl_chain_params *p = chain->params;
     mdl_real x = v - p->u_min_volts;
     mdl_real s = MDL_C(0.0);
+    mdl_real held = MDL_C(0.0);
     mdl_status status;
     if (acts(chain, MDL_BLOCK_RATE)) {
         mdl_real width;
         s = mdl_rate_power(&chain->at.velocity, &p->rate, v - chain->at.drive_volts);
         width = MDL_C(2.0) * p->rate.threshold_volts * (s < MDL_C(0.0) ? -s : s);
-        x = mdl_backlash_step(width, chain->at.gripped_volts, x);
+        held = x - mdl_backlash_step(width, chain->at.gripped_volts, x);
+        x -= held;
         chain->at.gripped_volts = x;
     }
     status = mdl_traj_step(&chain->traj, x, y);
     if (acts(chain, MDL_BLOCK_RATE)) {
+        /* The operator without a threshold, whose weight is f0'(0), follows all the same. */
+        *y += mdl_major_first_slope(&p->major) * held;
         *y += mdl_rate_added(&p->rate, &p->major, s, x, *y);
     }
     chain->at.drive_volts = v;

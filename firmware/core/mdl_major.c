@@ -183,3 +183,8 @@ mdl_real mdl_major_swing(const mdl_major *major, mdl_real a_volts, mdl_real b_vo
     }
     return swing;
 }
+
+mdl_real mdl_major_first_slope(const mdl_major *major)
+{
+    return major->kind == MDL_POLYNOMIAL ? major->c[1] : major->slope[0];
+}

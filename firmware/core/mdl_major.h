@@ -69,4 +69,7 @@ mdl_real mdl_major_eval(const mdl_major *major, mdl_real x_volts);
  */
 mdl_real mdl_major_swing(const mdl_major *major, mdl_real a_volts, mdl_real b_volts);
 
+/** f0'(0), um / volts: the weight of the play operator with threshold 0, eq. (16). */
+mdl_real mdl_major_first_slope(const mdl_major *major);
+
 #endif

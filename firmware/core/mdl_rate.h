@@ -7,7 +7,7 @@
  * Widening: y += c |s| (y - middle), which scales the hysteretic part.
  * Threshold: every operator switches later by c |s| volts, as with the dynamic thresholds that
  * Yang et al. compare with. For plays and relays alike this is the trajectory behind a play
- * operator of that half width.
+ * operator of that half width; the operator without a threshold, weight f0'(0), stays as it is.
  */
 #ifndef MDL_RATE_H
 #define MDL_RATE_H

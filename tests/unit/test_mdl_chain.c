@@ -282,7 +282,8 @@ void test_delay_in_substeps(void)
 
 void test_rate_can_raise_the_thresholds(void)
 {
-    use_line(MDL_BLOCK_RATE);
+    const mdl_real c[] = {MDL_C(1.0), MDL_C(2.0), MDL_C(1.0)};
+    use(c, 2, MDL_BLOCK_RATE);
     params.rate.filter.decay = MDL_C(1.0);
     params.rate.filter.ramp = MDL_C(1.0);
     params.rate.v_scale = MDL_C(-1.0);
@@ -292,8 +293,8 @@ void test_rate_can_raise_the_thresholds(void)
     params.rate.threshold_volts = MDL_C(0.25);
     start();
     STEP(-2.0, 1.0, MDL_OK);
-    STEP(2.0, 4.0, MDL_OK); /* a rise of 4: x = 4 less 1 */
-    STEP(2.0, 5.0, MDL_OK); /* at rest the play has no width */
+    STEP(2.0, 18.0, MDL_OK); /* a rise of 4: f0(3) = 16, and f0'(0) = 2 times the volt held */
+    STEP(2.0, 25.0, MDL_OK); /* at rest the play has no width */
 }
 
 void test_gain_about_f0_of_zero_and_offset(void)

@@ -205,3 +205,13 @@ void test_a_swing_depends_on_its_length_unless_a_shape_says_otherwise(void)
     major.shape = &shape; /* + 8 s' m' = 8 * 3/8 * (5.5/4 - 1) */
     ASSERT_REAL(4.875, mdl_major_swing(&major, MDL_C(2.0), MDL_C(3.5)));
 }
+
+void test_the_first_slope_is_the_weight_of_the_operator_without_threshold(void)
+{
+    const mdl_real w[] = {MDL_C(0.5), MDL_C(0.25)};
+    const mdl_real r[] = {MDL_C(0.0), MDL_C(1.0)};
+    ASSERT_STATUS(MDL_OK, mdl_major_init_play(&major, MDL_C(2.0), w, r, 2));
+    ASSERT_REAL(0.5, mdl_major_first_slope(&major));
+    ASSERT_STATUS(MDL_OK, mdl_major_init_polynomial(&major, MDL_C(2.0), ones, 2));
+    ASSERT_REAL(1.0, mdl_major_first_slope(&major));
+}
