@@ -62,6 +62,7 @@ _FLAT = {
         "threshold_V": _Range(0.0, 1e6, 0.0),
         "power": _Range(0.01, 4.0, 1.0),
         "v_ref_V_per_s": _Range(*_POSITIVE),
+        "velocity_tau_s": _Range(0.0, 1e3, 0.0),
     },
     "non_masing": _terms((2, 4)),
     "initial_state": {"start_peak_V": _Range(*_ANY)},

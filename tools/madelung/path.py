@@ -22,8 +22,8 @@ from madelung.model import MARGIN_SHARE, Model
 Array = NDArray[np.float64]
 SHAPE_ORDER = 4
 SLEW_SUBSTEPS = 4
-VELOCITY_SAMPLES = 0.75
-"""Time constant of the velocity filter of the rate block, in (sub)samples."""
+VELOCITY_SAMPLES = 0.5
+"""Least time constant of the velocity filter of the rate block, in (sub)samples."""
 TINY = 1e-37
 """Coefficients below this are 0: the DSP takes denormal floats for zero."""
 
@@ -63,8 +63,8 @@ class SignalPath:
         Slew limit, 0: none.
     corner_hz
         Amplifier lag, 0: none.
-    damping_um, widening, threshold_V, power, v_ref_V_per_s
-        Rate dependence (mdl_rate.h).
+    damping_um, widening, threshold_V, power, v_ref_V_per_s, velocity_tau_s
+        Rate dependence (mdl_rate.h); the last filters the velocity.
     creep, modes
         Creep ladder, flexure modes.
     dead_band_um
@@ -89,6 +89,7 @@ class SignalPath:
     threshold_V: float = 0.0
     power: float = 1.0
     v_ref_V_per_s: float = 1.0
+    velocity_tau_s: float = 0.0
     creep: tuple[CreepMode, ...] = field(default=())
     modes: tuple[Mode, ...] = field(default=())
     dead_band_um: float = 0.0
@@ -164,9 +165,16 @@ def _lag(tau_s: float, step_s: float) -> tuple[float, float]:
 
 
 def _rate(path: SignalPath, step_s: float) -> tuple[float, ...]:
-    tau_s = VELOCITY_SAMPLES * step_s
+    tau_s = max(path.velocity_tau_s, VELOCITY_SAMPLES * step_s)
     scale = -1.0 / (tau_s * path.v_ref_V_per_s)
-    return (*_lag(tau_s, step_s), scale, path.power, path.damping_um, path.widening, path.threshold_V)
+    return (
+        *_lag(tau_s, step_s),
+        scale,
+        path.power,
+        path.damping_um,
+        path.widening,
+        path.threshold_V,
+    )
 
 
 def _mode(mode: Mode, step_s: float) -> tuple[float, ...]:
@@ -188,14 +196,21 @@ _FIELDS = {
     "saturation": ("high_V", "low_V", "knee_V"),
     "slew_limit": ("slew_V_per_s",),
     "amplifier_lag": ("corner_hz",),
-    "rate_dependence": ("damping_um", "widening", "threshold_V", "power", "v_ref_V_per_s"),
+    "rate_dependence": (
+        "damping_um",
+        "widening",
+        "threshold_V",
+        "power",
+        "v_ref_V_per_s",
+        "velocity_tau_s",
+    ),
     "backlash": ("dead_band_um",),
     "gain_offset": ("gain", "offset_um"),
 }
 """Fields of `SignalPath` that are the parameters of an effect, under the same names."""
 _SHAPED = {"asymmetry": (1, 3), "non_masing": (2, 4)}
 """Powers of the middle: odd ones break the central symmetry, even ones bend minor loops alone."""
-_SECONDARY = ("knee_V", "power", "v_ref_V_per_s", "substeps_min")
+_SECONDARY = ("knee_V", "power", "v_ref_V_per_s", "velocity_tau_s", "substeps_min")
 """Parameters that do nothing by themselves."""
 
 

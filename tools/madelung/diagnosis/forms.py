@@ -196,13 +196,21 @@ def _shape_form(effect: str, name: str, terms: tuple[tuple[int, int], ...], s: S
 
 def _hysteresis_forms(s: Scales) -> list[Form]:
     power = Param("power", 0.1, 2.0, null=1.0)
+    tau = Param("velocity_tau_s", 0.05 * s.step_min_s, 100 * s.step_min_s, log=True)
     v_ref = max(0.3 * s.rate_max_V_per_s, 1e-6)
 
     def rate(key: str) -> Apply:
-        return lambda path, v: path.but(**{key: v[key]}, power=v["power"], v_ref_V_per_s=v_ref)
+        return lambda path, v: path.but(
+            **{key: v[key]},
+            power=v["power"],
+            v_ref_V_per_s=v_ref,
+            velocity_tau_s=v["velocity_tau_s"],
+        )
 
     def rate_starts(key: str, size: float) -> Starts:
-        return lambda _: [{key: size, "power": p} for p in (0.2, 0.5, 1.0, 1.5)]
+        return lambda _: [
+            {key: size, "power": p, "velocity_tau_s": s.step_min_s} for p in (0.2, 0.5, 1.0, 1.5)
+        ]
 
     damping = Param("damping_um", -0.2 * s.stroke_um, 0.2 * s.stroke_um, scale=s.stroke_um)
     widening = Param("widening", -0.9, 5.0)
@@ -214,21 +222,21 @@ def _hysteresis_forms(s: Scales) -> list[Form]:
         Form(
             "rate_dependence",
             "velocity damping",
-            (damping, power),
+            (damping, power, tau),
             rate_starts("damping_um", -0.01 * s.stroke_um),
             path=rate("damping_um"),
         ),
         Form(
             "rate_dependence",
             "widening",
-            (widening, power),
+            (widening, power, tau),
             rate_starts("widening", 0.1),
             path=rate("widening"),
         ),
         Form(
             "rate_dependence",
             "thresholds",
-            (Param("threshold_V", 0.0, 0.3 * s.range_V, scale=0.1 * s.range_V), power),
+            (Param("threshold_V", 0.0, 0.3 * s.range_V, scale=0.1 * s.range_V), power, tau),
             rate_starts("threshold_V", 0.01 * s.range_V),
             path=rate("threshold_V"),
         ),
