@@ -34,7 +34,7 @@ def diagnose(
         ),
     ] = False,
 ) -> None:
-    """Find where the gap between prediction and measurement lies, what causes it, how far it shrinks.
+    """Find where the gap between prediction and measurement lies, its causes, how far it shrinks.
 
     The hold-out records are used for nothing but measuring the shrinkage.
     """

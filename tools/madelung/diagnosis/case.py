@@ -59,7 +59,7 @@ class Trace:
     @property
     def t_s(self) -> Array:
         """Time since the record's start, s, (n,)."""
-        return np.arange(self.u_V.size) * self.step_s
+        return np.arange(self.u_V.size, dtype=np.float64) * self.step_s
 
     def head(self, n: int) -> Trace:
         """The first n grid points."""
@@ -132,6 +132,27 @@ def load_case(folder: Path) -> Case:
 
 
 def _head(path: Path) -> dict[str, Any]:
+    data = _json_object(path)
+    low, high = (_number(path, data, key) for key in ("u_min_V", "u_max_V"))
+    if not low < high:
+        raise InputError(f"{path}: u_min_V ({low:g}) must be below u_max_V ({high:g})")
+    if data.get("y_unit", "um") != "um":
+        raise InputError(f"{path}: y_unit is {data['y_unit']!r}, only 'um' is possible")
+    exclude = _names(path, data, "exclude")
+    wrong = [e for e in exclude if e not in EFFECTS]
+    if wrong:
+        raise InputError(f"{path}: exclude names no effect: {wrong[0]!r}")
+    return {
+        "device": str(data.get("device", path.resolve().parent.name)),
+        "u_min_V": low,
+        "u_max_V": high,
+        "running": [Path(n).stem for n in _names(path, data, "running")],
+        "exclude": exclude,
+        "known": _known(path, data),
+    }
+
+
+def _json_object(path: Path) -> dict[str, Any]:
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
@@ -140,48 +161,32 @@ def _head(path: Path) -> dict[str, Any]:
         raise InputError(f"{path}: is not a JSON file: {error}") from error
     if not isinstance(data, dict):
         raise InputError(f"{path}: must hold a JSON object")
-    low, high = data.get("u_min_V"), data.get("u_max_V")
-    if not _is_number(low) or not _is_number(high) or not float(low) < float(high):  # type: ignore[arg-type]
-        raise InputError(f"{path}: u_min_V and u_max_V must be numbers, u_min_V below u_max_V")
-    if data.get("y_unit", "um") != "um":
-        raise InputError(f"{path}: y_unit is {data['y_unit']!r}, only 'um' is possible")
-    names = data.get("running", [])
-    exclude = data.get("exclude", [])
+    return data
+
+
+def _number(path: Path, data: dict[str, Any], key: str) -> float:
+    value = data.get(key)
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < 1e6:
+        raise InputError(f"{path}: {key} must be a number below 1e6, found {value!r}")
+    return float(value)
+
+
+def _names(path: Path, data: dict[str, Any], key: str) -> list[str]:
+    names = data.get(key, [])
+    if not isinstance(names, list) or not all(isinstance(n, str) for n in names):
+        raise InputError(f"{path}: {key} must be a list of names")
+    return names
+
+
+def _known(path: Path, data: dict[str, Any]) -> dict[str, float]:
     known = data.get("known", {})
-    if not _is_strings(names) or not _is_strings(exclude):
-        raise InputError(f"{path}: running and exclude must be lists of names")
-    wrong = [e for e in exclude if e not in EFFECTS]
-    if wrong:
-        raise InputError(f"{path}: exclude names no effect: {wrong[0]!r}")
-    if not isinstance(known, dict) or not all(_is_number(v) for v in known.values()):
+    if not isinstance(known, dict):
         raise InputError(f"{path}: known must map parameter keys to numbers")
     keys = {k for effect in EFFECTS.values() for k in effect.keys}
     for key in known:
         if key not in keys:
             raise InputError(f"{path}: known has no parameter {key!r}; possible: {sorted(keys)}")
-    return {
-        "device": str(data.get("device", folder_name(path))),
-        "u_min_V": float(low),  # type: ignore[arg-type]
-        "u_max_V": float(high),  # type: ignore[arg-type]
-        "running": [Path(n).stem for n in names],
-        "exclude": exclude,
-        "known": {k: float(v) for k, v in known.items()},
-    }
-
-
-def folder_name(path: Path) -> str:
-    """Name of the folder that holds a file."""
-    return path.resolve().parent.name
-
-
-def _is_number(value: object) -> bool:
-    return (
-        isinstance(value, int | float) and not isinstance(value, bool) and bool(np.isfinite(value))
-    )
-
-
-def _is_strings(value: object) -> bool:
-    return isinstance(value, list) and all(isinstance(v, str) for v in value)
+    return {k: _number(path, known, k) for k in known}
 
 
 def _records(folder: Path) -> list[Path]:
@@ -239,7 +244,7 @@ def _on_grid(path: Path, record: Record, role: Role, running: bool) -> Trace:
     kept = rows[sound]
 
     def bridge(values: Array) -> Array:
-        return np.interp(grid, kept, values[sound])
+        return np.asarray(np.interp(grid, kept, values[sound]), np.float64)
 
     u = np.interp(grid, rows, record.u_V)
     use = known & (grid >= _warm_up(u)) if running else known

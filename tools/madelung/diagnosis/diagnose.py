@@ -147,7 +147,7 @@ def _best_degree(problem: Problem) -> tuple[int, Array]:
     costs = {}
     for degree in range(DEGREE_MIN, problem.degree + 1):
         n = degree + 1
-        beta = np.linalg.lstsq(gram[:n, :n], target[:n], rcond=1e-13)[0]
+        beta = np.asarray(np.linalg.lstsq(gram[:n, :n], target[:n], rcond=1e-13)[0], np.float64)
         explained = 2 * beta @ target[:n] - beta @ gram[:n, :n] @ beta
         costs[degree] = (-explained + n * np.log(problem.rows), beta)
     best = min(costs, key=lambda d: costs[d][0])

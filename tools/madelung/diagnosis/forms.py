@@ -352,7 +352,7 @@ def _sensor_forms(s: Scales) -> list[Form]:
 
     def skewed(y: Array, trace: Trace, v: Values) -> Array:
         # The rate error is small: the shift of a sample is skew * t, taken along the slope.
-        n = np.arange(y.size) * (1 + v["skew_ppm"] * 1e-6)
+        n = np.arange(y.size, dtype=np.float64) * (1 + v["skew_ppm"] * 1e-6)
         return cubic(y, n)
 
     return [

@@ -40,7 +40,9 @@ def shrink(
     predictions: Sequence[Prediction], noise: Noise, lines_hz: Sequence[float], seed: int
 ) -> dict[str, Any]:
     """The contract's ``shrink``: rms before and after, share of the closable gap, its interval."""
-    records, before, after, floors = [], [], [], []
+    records: list[dict[str, Any]] = []
+    before: list[Array] = []
+    after: list[Array] = []
     for p in predictions:
         use = p.trace.use
         b, a = ((p.trace.y_um - v)[use] for v in (p.baseline_um, p.augmented_um))
@@ -48,15 +50,17 @@ def shrink(
         t = p.trace.t_s[use]
         before += np.array_split(_without_lines(b, t, lines_hz) ** 2, BLOCKS)
         after += np.array_split(_without_lines(a, t, lines_hz) ** 2, BLOCKS)
-        floors.append(noise.rms_um)
-    total = {"records": records, "rms_before_um": None, "rms_after_um": None}
     eb, ea, n = (np.array([f(v) for v in blocks]) for f, blocks in _sums(before, after))
-    everything = n.sum()
-    total["rms_before_um"] = float(np.sqrt(eb.sum() / everything)) if everything else 0.0
-    total["rms_after_um"] = float(np.sqrt(ea.sum() / everything)) if everything else 0.0
+    everything = float(n.sum())
     floor = noise.rms_um**2
     closed, ci = _closed(eb, ea, n, floor, seed)
-    return {**total, "closable_closed": closed, "closable_closed_ci95": ci}
+    return {
+        "records": records,
+        "rms_before_um": float(np.sqrt(eb.sum() / everything)) if everything else 0.0,
+        "rms_after_um": float(np.sqrt(ea.sum() / everything)) if everything else 0.0,
+        "closable_closed": closed,
+        "closable_closed_ci95": ci,
+    }
 
 
 def _sums(before: list[Array], after: list[Array]) -> list[tuple[Any, list[Array]]]:

@@ -61,7 +61,7 @@ def _has_monitor(case: Case) -> bool:
 
 
 def monitored(case: Case, problem: Problem, jobs: int) -> tuple[list[Form], dict[str, float]]:
-    """What happens between command and monitor: the same search, on voltages, without hysteresis."""
+    """What happens between command and monitor: the same search, on voltages."""
     if not _has_monitor(case):
         return [], {}
     traces = [_as_displacement(t) for t in problem.traces]

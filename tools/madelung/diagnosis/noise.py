@@ -117,7 +117,7 @@ def _whittle(d: Array, step_s: float) -> Noise:
     """Maximum of Whittle's likelihood; the coloured part stays only where BIC wants it."""
     n = d.size
     power = np.abs(np.fft.rfft(d)) ** 2 / n
-    freq = np.fft.rfftfreq(n, step_s)
+    freq = np.asarray(np.fft.rfftfreq(n, step_s), np.float64)
     skip = TREND_DEGREE + 2
     freq, power, weight = _bins(freq[skip:-1], power[skip:-1])
     variance = float(np.average(power, weights=weight))
@@ -125,7 +125,8 @@ def _whittle(d: Array, step_s: float) -> Noise:
         return Noise(1e-9, 0.0, step_s, n, known=True)
 
     def loss(p: Array) -> float:
-        s = Noise(*np.exp(p[:2]), float(np.exp(p[2])), n, True).spectrum(freq, step_s)
+        white, coloured, tau = (float(v) for v in np.exp(p))
+        s = Noise(white, coloured, tau, n, known=True).spectrum(freq, step_s)
         return float(np.sum(weight * (np.log(s) + power / s)))
 
     white = float(np.sum(weight * (np.log(variance) + 1)))

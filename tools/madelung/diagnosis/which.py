@@ -105,7 +105,7 @@ class Engine:
     def score(self, fit: Fit) -> float:
         """Cost with a price for each parameter."""
         n = self.problem.rows
-        return fit.cost / max(1.0, fit.cost / n) ** 0.5 + len(fit.params) * float(np.log(n))
+        return float(fit.cost / max(1.0, fit.cost / n) ** 0.5) + len(fit.params) * float(np.log(n))
 
     def _keep(self, fit: Fit) -> Fit:
         slim = replace(fit, jacobian=np.empty((0, 0)))
@@ -130,32 +130,33 @@ class Engine:
 
     def _refined(self, fit: Fit) -> Fit:
         """With richer forms of its effects, where these are proven."""
-        for old in fit.forms:
+        for effect in sorted(fit.effects):
             for form in self.forms:
-                if not form.refines or form.effect != old.effect:
+                old = next((f for f in fit.forms if f.effect == effect), None)
+                if old is None or not form.refines or form.effect != effect:
                     continue
-                if not set(old.keys) <= set(form.keys):
-                    continue
-                forms = tuple(form if f is old else f for f in fit.forms)
-                starts = [start | fit.values for start in form.starts(self.problem.scales)]
-                rest = tuple(f for f in fit.forms if f is not old)
-                full = self.problem.fit(fit.forms, fit.values, fit.beta, 1)
-                gains = self._map(
-                    lambda v, form=form, full=full, rest=rest: projected_gain(
-                        full, self.problem.difference(full, (*rest, form), v)
-                    ),
-                    starts,
-                )
-                start = starts[int(np.argmax(gains))]
-                best = self._slim(self.problem.fit(forms, start, fit.beta, 3))
-                if best.cost > fit.cost - GAIN_MIN:
-                    continue
-                best = self._slim(self.problem.fit(forms, best.values, best.beta))
-                extra = len(best.params) - len(fit.params)
-                if self.gain(fit, best) > GAIN_MIN + GAIN_PER_PARAM * extra:
-                    fit = self._keep(best)
-                    old = form
+                if set(old.keys) <= set(form.keys):
+                    fit = self._exchanged(fit, old, form)
         return fit
+
+    def _exchanged(self, fit: Fit, old: Form, form: Form) -> Fit:
+        """With a richer form in place of another, if it is proven; else as it was."""
+        rest = tuple(f for f in fit.forms if f is not old)
+        forms = tuple(form if f is old else f for f in fit.forms)
+        full = self.problem.fit(fit.forms, fit.values, fit.beta, 1)
+
+        def worth(values: dict[str, float]) -> float:
+            return projected_gain(full, self.problem.difference(full, (*rest, form), values))
+
+        starts = [start | fit.values for start in form.starts(self.problem.scales)]
+        start = starts[int(np.argmax(self._map(worth, starts)))]
+        rough = self.problem.fit(forms, start, fit.beta, 3)
+        if rough.cost > fit.cost - GAIN_MIN:
+            return fit
+        best = self._slim(self.problem.fit(forms, rough.values, rough.beta))
+        extra = max(len(best.params) - len(fit.params), 0)
+        proven = self.gain(fit, best) > GAIN_MIN + GAIN_PER_PARAM * extra
+        return self._keep(best) if proven else fit
 
     # -- one level ----------------------------------------------------------------------------
 
@@ -230,12 +231,12 @@ class Engine:
         left = self.problem.excess(old.residual)
         removed = left - self.problem.excess(new.residual)
         whole = np.maximum(before, 0.0) + 25.0
-        visible = max(float(np.max(removed / whole)), removed.sum() / whole.sum())
+        visible = float(max(np.max(removed / whole), removed.sum() / whole.sum()))
         rest = np.maximum(left, 0.0) + 25.0
-        telling = max(float(np.max(removed / rest)), removed.sum() / rest.sum())
+        telling = float(max(np.max(removed / rest), removed.sum() / rest.sum()))
         if telling > CLEAN_SHARE and visible > VISIBLE_SHARE / 30:
             return True
-        return visible > VISIBLE_SHARE and telling > REMAINDER_SHARE
+        return bool(visible > VISIBLE_SHARE and telling > REMAINDER_SHARE)
 
     def gain(self, old: Fit, new: Fit) -> float:
         """Fall of the cost, band by band, over what the richer hypothesis leaves above noise."""
