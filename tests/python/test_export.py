@@ -10,11 +10,22 @@ from hypothesis import given
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
+from madelung.blocks import Block
 from madelung.cli import app
 from madelung.core import Predictor, Status
 from madelung.errors import InputError
-from madelung.export import Scaling, default_scaling, literal, volts_per_code, write_params
+from madelung.export import (
+    CREEP_MODES_MAX,
+    DELAY_WHOLE_MAX,
+    MODES_MAX,
+    Scaling,
+    default_scaling,
+    literal,
+    volts_per_code,
+    write_params,
+)
 from madelung.model import Model, load_model
+from madelung.path import CreepMode, Mode, SignalPath, augmented_model, predictor
 
 ROOT = Path(__file__).resolve().parents[2]
 PAPER = load_model(ROOT / "firmware/app/model.json")
@@ -27,6 +38,30 @@ MODELS = {
         "major_curve", -5.0, 5.0, breakpoints=((0.0, 0.1), (0.3, 0.2), (3.1, 1.0), (10.0, 4.7))
     ),
 }
+PATH = SignalPath(-20.0, 150.0, (0.3, 0.08, 2e-4, -1e-6))
+SHAPE = tuple(tuple(0.01 * (k - j) for j in range(4)) for k in range(4))
+CREEP = tuple(CreepMode(10.0**k, 0.01) for k in range(-3, 4))
+BLOCKS = {
+    "saturation": {"high_V": 101.3, "low_V": -3.7, "knee_V": 1.1},
+    "one hard end": {"high_V": 101.3},
+    "slew limit": {"slew_V_per_s": 12345.0},
+    "lag": {"corner_hz": 543.2},
+    "damping": {"damping_um": -0.05, "power": 0.7, "v_ref_V_per_s": 1e5},
+    "widening": {"widening": 0.5, "power": 1.3, "v_ref_V_per_s": 1e5},
+    "thresholds": {"threshold_V": 1.7, "power": 0.4, "v_ref_V_per_s": 1e5},
+    "shape": {"shape": SHAPE},
+    "creep": {"creep": CREEP},
+    "modes": {"modes": (Mode(312.3, 0.0123, 0.91), Mode(1234.5, 0.03, 0.09))},
+    "backlash": {"dead_band_um": 0.0321},
+    "delay": {"delay_s": 3.21e-4},
+    "gain and offset": {"gain": 1.0321, "offset_um": -0.123},
+}
+ALL = {k: v for block in BLOCKS.values() for k, v in block.items()}
+AUGMENTED = {
+    name: augmented_model(PATH.but(**fields), 130.0)
+    for name, fields in (BLOCKS | {"no block": {}, "all blocks": ALL}).items()
+}
+RATE_HZ = 10_000
 RUN = r"""
 #include <stdio.h>
 #include "mdl_params.h"
@@ -51,33 +86,120 @@ int main(void)
 """
 
 
+FLAGS = ["-std=c99", "-Wall", "-Wextra", "-pedantic", "-Wconversion", "-Wdouble-promotion"]
+FLAGS += ["-Werror", *(f"-I{ROOT}/firmware/{d}" for d in ("core", "hal", "app"))]
+
+
 def scaling(model: Model) -> Scaling:
-    default = default_scaling(model)
-    return Scaling(10_000, default.input_V, (-1.0, 10.0))
+    return Scaling(RATE_HZ, default_scaling(model).input_V, (-1.0, 10.0))
 
 
-def run_exported(model: Model, folder: Path) -> np.ndarray:
+@pytest.fixture(scope="module")
+def core(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+    """The core's objects."""
+    folder = tmp_path_factory.mktemp("core")
+    sources = sorted((ROOT / "firmware/core").glob("*.c"))
+    subprocess.run(
+        ["gcc", *FLAGS, "-O1", "-ffp-contract=off", "-c", *sources], cwd=folder, check=True
+    )
+    return sorted(folder.glob("*.o"))
+
+
+def run_exported(model: Model, folder: Path, core: list[Path]) -> np.ndarray:
     """Bits of u, bits of y and status, from C that was compiled with the exported parameters."""
     write_params(model, scaling(model), folder)
     (folder / "run.c").write_text(RUN)
-    include = [f"-I{folder}", *(f"-I{ROOT}/firmware/{d}" for d in ("core", "hal", "app"))]
-    core = sorted(map(str, (ROOT / "firmware/core").glob("*.c")))
-    flags = ["-std=c99", "-Wall", "-Wextra", "-pedantic", "-Wconversion", "-Wdouble-promotion"]
-    flags += ["-Werror", "-O1", "-ffp-contract=off", *include]
-    build = ["gcc", *flags, "-o", "run", "run.c", "mdl_params.c", *core]
-    subprocess.run(build, cwd=folder, check=True)
+    build = ["gcc", *FLAGS, "-O1", "-ffp-contract=off", f"-I{folder}", "-o", "run"]
+    subprocess.run([*build, "run.c", "mdl_params.c", *core], cwd=folder, check=True)
     out = subprocess.run([folder / "run"], capture_output=True, text=True, check=True).stdout
     return np.array(out.split(), np.int64).reshape(-1, 3)
 
 
-@pytest.mark.parametrize("name", MODELS)
-def test_exported_c_and_the_model_give_the_same_bits(name: str, tmp_path: Path) -> None:
-    rows = run_exported(MODELS[name], tmp_path)
+@pytest.mark.parametrize("name", [*MODELS, *AUGMENTED])
+def test_exported_c_and_the_model_give_the_same_bits(
+    name: str, core: list[Path], tmp_path: Path
+) -> None:
+    model = MODELS.get(name) or AUGMENTED[name]
+    rows = run_exported(model, tmp_path, core)
     u, y = (rows[:, i].astype(np.int32).view(np.float32) for i in (0, 1))
-    expected, status, _ = Predictor(MODELS[name]).run_with_status(u)
+    made = predictor(model, "float32", 1 / RATE_HZ, float(u[0]))
+    expected, status, _ = made.run_with_status(u)
     np.testing.assert_array_equal(y.view(np.int32), expected.view(np.int32))
     np.testing.assert_array_equal(rows[:, 2], status)
     assert not rows[:, 2].any()  # no code leaves the identified range
+
+
+@pytest.mark.parametrize("name", BLOCKS)
+def test_every_block_changes_what_is_computed(name: str) -> None:
+    """So that the comparison above compares something."""
+    u = 55 - 75 * np.cos(np.arange(4000) * 0.03)
+    with_block, without = (
+        predictor(AUGMENTED[n], "float32", 1 / RATE_HZ, -20.0).run(u) for n in (name, "no block")
+    )
+    assert np.abs(with_block - without).max() > 0.005
+
+
+def test_what_is_exported_compiles_for_16_bit_integers(tmp_path: Path) -> None:
+    subprocess.run([ROOT / "tools/apt.sh", "gcc-avr", "avr-libc"], check=True)
+    write_params(AUGMENTED["all blocks"], scaling(PAPER), tmp_path)
+    build = ["avr-gcc", "-mmcu=atmega1284p", *FLAGS, "-fsyntax-only", "mdl_params.c"]
+    subprocess.run(build, cwd=tmp_path, check=True)
+
+
+def exported(model: Model, folder: Path) -> str:
+    write_params(model, scaling(model), folder)
+    return (folder / "mdl_params.c").read_text()
+
+
+@pytest.mark.parametrize(
+    ("fields", "told", "bit"),
+    [
+        ({"delay_s": 0.0123}, "delay_s = 0.0123", "DELAY"),
+        ({"creep": tuple(CreepMode(1.0 + k, 0.01) for k in range(13))}, "tau_s = 13", "CREEP"),
+        ({"modes": (Mode(1, 0.1), Mode(20, 0.1), Mode(33, 0.1))}, "fn_hz = 33", "MODES"),
+    ],
+)
+def test_a_block_that_does_not_fit_stands_as_a_comment(
+    fields: dict[str, object], told: str, bit: str, core: list[Path], tmp_path: Path
+) -> None:
+    """And the rest runs."""
+    model = augmented_model(PATH.but(corner_hz=50.0, **fields), 130.0)
+    text = exported(model, tmp_path)
+    comment, code = text.split("#include", 1)
+    assert told in comment.split("not in this firmware:")[1] and "mdl_config.h" in comment
+    assert f"MDL_BLOCK_{bit}" not in code and "MDL_BLOCK_LAG" in code
+    y = run_exported(model, tmp_path, core)[:, 1]
+    lag_alone = tmp_path / "lag"
+    lag_alone.mkdir()
+    kept = augmented_model(PATH.but(corner_hz=50.0), 130.0)
+    np.testing.assert_array_equal(y, run_exported(kept, lag_alone, core)[:, 1])
+
+
+def test_a_delay_of_fine_steps_is_kept_in_whole_ones_where_those_fit(tmp_path: Path) -> None:
+    model = augmented_model(PATH.but(delay_s=0.004, substeps_min=8), 130.0)
+    text = exported(model, tmp_path)
+    assert ".whole = 39u" in text and ".substeps = 1u" in text
+
+
+def test_what_no_firmware_can_run_stands_as_a_comment(tmp_path: Path) -> None:
+    drift = Block("drift", "linear */ x", {"drift_um_per_s": 0.0123})
+    model = augmented_model(
+        PATH, 130.0, {"initial_state": "unknown peak"}, 77.5, not_in_firmware=[drift]
+    )
+    comment, code = exported(model, tmp_path).split("#include", 1)
+    assert "initial_state, unknown peak: start_peak_V = 77.5" in comment
+    assert "drift, linear * / x: drift_um_per_s = 0.0123" in comment
+    assert "blocks" not in code
+
+
+def test_the_limits_are_those_of_the_core() -> None:
+    text = (ROOT / "firmware/core/mdl_config.h").read_text()
+    limits = {k: int(v) for k, v in re.findall(r"#define MDL_(\w+_MAX) (\d+)", text)}
+    assert (limits["DELAY_MAX"] - 4, limits["CREEP_MODES_MAX"]) == (
+        DELAY_WHOLE_MAX,
+        CREEP_MODES_MAX,
+    )
+    assert limits["MODES_MAX"] == MODES_MAX
 
 
 def test_the_committed_parameters_are_those_of_the_committed_model(tmp_path: Path) -> None:

@@ -28,7 +28,8 @@ class Block:
 
     def told(self) -> str:
         """For people, on one line."""
-        return f"{self.effect}, {self.model}: {_text(self.parameters)}"
+        name = f"{self.effect}, {self.model}" if self.model else self.effect
+        return f"{name}: {_text(self.parameters)}"
 
 
 @dataclass(frozen=True)
@@ -154,9 +155,7 @@ def number(value: object, key: str, low: float = -math.inf, high: float = math.i
     return float(value)
 
 
-def _text(value: object) -> str:
-    if isinstance(value, dict):
-        return ", ".join(f"{k} = {_text(v)}" for k, v in value.items())
-    if isinstance(value, list):
-        return "; ".join(_text(v) for v in value)
-    return f"{value:.9g}" if isinstance(value, float) else str(value)
+def _text(values: dict[str, Any]) -> str:
+    if "modes" in values:
+        return "; ".join(_text(m) for m in values["modes"])
+    return ", ".join(f"{k} = {v:.9g}" for k, v in values.items())

@@ -132,6 +132,9 @@ def _fitting(model: Model, step_s: float) -> tuple[Model, list[str]]:
     kept, notes = [], []
     for block in model.blocks:
         why = _too_large(block, step_s)
+        if why and block.effect == "delay":  # in whole samples, where fine ones do not fit
+            block = replace(block, parameters=block.parameters | {"substeps_min": 1})
+            why = _too_large(block, step_s)
         if block.effect == "initial_state":
             why = "drive there once before the first sample"
         if why:

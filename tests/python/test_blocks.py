@@ -1,0 +1,276 @@
+"""Every block of the signal path: float against double over 10^6 samples, double against formulas.
+
+The references share no code with the core: scipy's lsim (exact for input that is linear between
+samples), numpy's polynomials, and solutions that can be written down.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.polynomial import polynomial
+from numpy.typing import NDArray
+from scipy.signal import lsim
+
+from madelung.path import (
+    CreepMode,
+    Mode,
+    Runner,
+    SignalPath,
+    augmented_model,
+    predictor,
+)
+
+Array = NDArray[np.float64]
+STEP_S = 1e-4
+RANGE_V = 100.0
+PATH = SignalPath(0.0, RANGE_V, (0.3, 0.08, 2e-4, -1e-6))
+LINE = SignalPath(0.0, RANGE_V, (0.0, 1.0))
+"""y = x: no hysteresis, so that a block stands alone."""
+SHAPE = (
+    (0.10, 0.0, 0.05, 0.0),
+    (0.0, 0.05, 0.0, 0.0),
+    (-0.03, 0.0, 0.0, 0.0),
+    (0.0, 0.0, 0.0, 0.02),
+)
+RATE = {"power": 0.7, "v_ref_V_per_s": 5000.0}
+TAUS_S = (0.01, 0.1, 1.0, 10.0, 100.0, 600.0)
+BLOCKS = {
+    "none": PATH,
+    "degree 7": PATH.but(f0=(0.3, 0.08, 2e-4, -1e-6, 3e-9, -2e-11, 1e-13, -3e-16)),
+    "hard saturation": PATH.but(high_V=90.0, low_V=5.0),
+    "soft saturation": PATH.but(high_V=90.0, low_V=5.0, knee_V=2.0),
+    "slew limit": PATH.but(slew_V_per_s=5000.0),
+    "lag": PATH.but(corner_hz=50.0),
+    "shape": PATH.but(shape=SHAPE),
+    "damping": PATH.but(damping_um=-0.1, **RATE),
+    "widening": PATH.but(widening=0.2, **RATE),
+    "thresholds": PATH.but(threshold_V=2.0, **RATE),
+    "creep": PATH.but(creep=tuple(CreepMode(tau, 0.01) for tau in TAUS_S)),
+    "mode": PATH.but(modes=(Mode(300.0, 0.01),)),
+    "two modes": PATH.but(modes=(Mode(300.0, 0.01, 0.9), Mode(3.0, 0.001, 0.1))),
+    "backlash": PATH.but(dead_band_um=0.05),
+    "delay": PATH.but(delay_s=3.4e-4),
+    "delay of less than a sample": PATH.but(delay_s=3.4e-5),
+    "gain and offset": PATH.but(gain=1.03, offset_um=0.2),
+}
+
+
+OTHERS = ("hard saturation", "mode", "delay of less than a sample")
+
+
+def all_blocks() -> SignalPath:
+    """Every block at once."""
+    path = PATH
+    for own in (vars(p) for name, p in BLOCKS.items() if name not in OTHERS):
+        path = path.but(**{k: v for k, v in own.items() if v != getattr(PATH, k)})
+    return path
+
+
+def long_command(n: int) -> Array:
+    """n samples at 10 kHz on the codes of a 12-bit converter, as floats."""
+    t = np.arange(n) * STEP_S
+    u = 50 - 30 * np.cos(2 * np.pi * 1.3 * t) - 4 * np.cos(2 * np.pi * 293 * t)
+    u -= 15 * np.sin(2 * np.pi * 37 * t) * np.sin(2 * np.pi * 0.03 * t)
+    codes = np.clip(np.rint(u / RANGE_V * 4095), 0, 4095).astype(np.float32)
+    return (codes * np.float32(RANGE_V / 4095)).astype(np.float64)
+
+
+@pytest.mark.parametrize("name", [*BLOCKS, "all"])
+def test_float_stays_within_a_tenth_of_an_adc_step_of_double(name: str) -> None:
+    """Over 10^6 samples (all together: fewer), rounding of the coefficients included."""
+    model = augmented_model(BLOCKS.get(name) or all_blocks(), RANGE_V)
+    u = long_command(200_000 if name == "all" else 1_000_000)
+    y32, y64 = (
+        predictor(model, precision, STEP_S, 0.0).run(u).astype(np.float64)
+        for precision in ("float32", "float64")
+    )
+    stroke = predictor(augmented_model(PATH, RANGE_V), "float64", STEP_S, 0.0).run([RANGE_V])
+    step_um = float(stroke[0] - PATH.f0[0]) / 4096
+    assert np.ptp(y64) > 1000 * step_um
+    assert np.abs(y32 - y64).max() < 0.1 * step_um
+
+
+def run(path: SignalPath, u: Array, step_s: float = STEP_S) -> Array:
+    """In double."""
+    return Runner(path.u_min_V, path.range_V).run(path, u, step_s)
+
+
+def command(n: int = 4000) -> tuple[Array, Array]:
+    """Time and a smooth command from 0 V with some 5, 40 and 200 Hz in it."""
+    t = np.arange(n) * STEP_S
+    u = 45 - 40 * np.cos(2 * np.pi * 5 * t) - 4 * np.cos(2 * np.pi * 40 * t)
+    return t, u - np.cos(2 * np.pi * 200 * t)
+
+
+def ramps(v_V_per_s: float) -> tuple[Array, Array]:
+    """Up to 80 V and down again at a constant rate; slope of each sample."""
+    n = round(80.0 / v_V_per_s / STEP_S)
+    up = np.linspace(0.0, 80.0, n + 1)
+    return np.concatenate([up, up[-2::-1]]), np.repeat([1.0, -1.0], [n + 1, n])
+
+
+def test_hysteresis_of_degree_7_is_its_polynomial() -> None:
+    path = BLOCKS["degree 7"]
+    u = np.concatenate(
+        [np.linspace(0, 90, 500), np.linspace(90, 20, 400), np.linspace(20, 80, 300)]
+    )
+    f = [polynomial.polyval(v, path.f0) - path.f0[0] for v in (u, 90 - u, u - 20)]
+    top = path.f0[0] + f[0][499]
+    low = top - f[1][899]
+    expected = np.concatenate([path.f0[0] + f[0][:500], top - f[1][500:900], low + f[2][900:]])
+    np.testing.assert_allclose(run(path, u), expected, rtol=0, atol=1e-13)
+
+
+def test_hard_saturation_clips() -> None:
+    u = command()[1]
+    expected = np.clip(u, 10.0, 70.0)
+    found = run(LINE.but(high_V=70.0, low_V=10.0), u)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-13)
+
+
+def test_soft_saturation_is_a_softplus_at_each_end() -> None:
+    """mdl_softplus promises 3e-9 in double."""
+    u, knee = command()[1], 2.0
+    expected = u - knee * np.logaddexp(0.0, (u - 70.0) / knee)
+    expected += knee * np.logaddexp(0.0, (10.0 - u) / knee)
+    found = run(LINE.but(high_V=70.0, low_V=10.0, knee_V=knee), u)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-7)
+
+
+def test_slew_limit_turns_a_step_into_a_ramp() -> None:
+    u = np.repeat([0.0, 60.0, 20.0], [3, 300, 300])
+    t = np.arange(u.size) * STEP_S
+    up = np.minimum(60.0, 4000.0 * np.maximum(t - t[2], 0.0))
+    down = np.maximum(20.0, 60.0 - 4000.0 * (t - t[302]))
+    expected = np.where(np.arange(u.size) < 303, up, down)
+    found = run(LINE.but(slew_V_per_s=4000.0), u)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9)
+
+
+def test_slew_limit_lets_slow_commands_pass() -> None:
+    u = command()[1]
+    np.testing.assert_allclose(run(LINE.but(slew_V_per_s=1e4), u), u, rtol=0, atol=1e-10)
+
+
+def test_lag_is_one_pole() -> None:
+    t, u = command()
+    tau = 1 / (2 * np.pi * 50.0)
+    expected = lsim(([1.0], [tau, 1.0]), u, t)[1]
+    np.testing.assert_allclose(run(LINE.but(corner_hz=50.0), u), expected, rtol=0, atol=1e-9)
+
+
+def test_creep_is_a_ladder_of_poles() -> None:
+    """At 10 Hz for 400 s."""
+    t = np.arange(4000) * 0.1
+    u = 60.0 * (t >= 1.0) - 20.0 * (t > 200.0)
+    expected = u + sum(0.01 * lsim(([1.0], [tau, 1.0]), u, t)[1] for tau in TAUS_S)
+    path = LINE.but(creep=BLOCKS["creep"].creep)
+    np.testing.assert_allclose(run(path, u, 0.1), expected, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("rate_hz", [100.0, 10_000.0])
+def test_modes_are_second_order_systems(rate_hz: float) -> None:
+    """Also in a record that is far slower than the mode."""
+    t = np.arange(4000) / rate_hz
+    u = 40 - 40 * np.cos(2 * np.pi * 0.003 * rate_hz * t)
+    expected = np.zeros_like(u)
+    for fn, zeta, share in ((300.0, 0.01, 0.9), (700.0, 0.05, 0.1)):
+        w = 2 * np.pi * fn
+        expected += share * lsim(([w**2], [1.0, 2 * zeta * w, w**2]), u, t)[1]
+    path = LINE.but(modes=(Mode(300.0, 0.01, 0.9), Mode(700.0, 0.05, 0.1)))
+    np.testing.assert_allclose(run(path, u, 1 / rate_hz), expected, rtol=0, atol=1e-8)
+
+
+def test_backlash_loses_its_dead_band_at_every_turn() -> None:
+    u = np.concatenate(
+        [np.linspace(0, 80, 200), np.linspace(80, 30, 200), np.linspace(30, 70, 200)]
+    )
+    rise, fall = u[:200] - 2.0, np.minimum(78.0, u[200:400] + 2.0)
+    expected = np.concatenate([rise, fall, np.maximum(32.0, u[400:] - 2.0)])
+    found = run(LINE.but(dead_band_um=4.0), u)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("delay_s", [2.3e-5, 3.4e-4, 1e-3, 5e-3])
+def test_delay_shifts_a_sine(delay_s: float) -> None:
+    """Third-order interpolation of 20 Hz at 10 kHz is off by 40 V * (0.0126)^4 at most."""
+    t = np.arange(4000) * STEP_S
+    u = 40 - 40 * np.cos(2 * np.pi * 20 * t)
+    expected = 40 - 40 * np.cos(2 * np.pi * 20 * np.maximum(t - delay_s, 0.0))
+    found = run(LINE.but(delay_s=delay_s), u)
+    late = t > delay_s + 5 * STEP_S
+    late[-1] = False  # a delay of less than a sample would look beyond the end
+    np.testing.assert_allclose(found[late], expected[late], rtol=0, atol=2e-6)
+
+
+def test_gain_and_offset_turn_about_the_minimum() -> None:
+    u = command()[1]
+    y = run(PATH, u)
+    expected = 1.03 * (y - PATH.f0[0]) + PATH.f0[0] + 0.2
+    np.testing.assert_allclose(run(BLOCKS["gain and offset"], u), expected, rtol=0, atol=1e-12)
+
+
+def test_shape_adds_a_polynomial_in_swing_and_middle() -> None:
+    def swing(a: Array | float, b: Array | float) -> Array:
+        s, m = (np.subtract(b, a)) / RANGE_V, np.add(a, b) / RANGE_V - 1
+        padded = np.pad(np.array(SHAPE), ((1, 0), (1, 0)))  # no power 0
+        whole = polynomial.polyval(np.subtract(b, a), PATH.f0) - PATH.f0[0]
+        return np.asarray(whole + polynomial.polyval2d(m, s, padded))
+
+    u = np.concatenate(
+        [np.linspace(0, 90, 300), np.linspace(90, 25, 300), np.linspace(25, 85, 300)]
+    )
+    up = PATH.f0[0] + swing(0.0, u[:300])
+    down = up[-1] - swing(u[300:600], 90.0)
+    expected = np.concatenate([up, down, down[-1] + swing(25.0, u[600:])])
+    np.testing.assert_allclose(run(BLOCKS["shape"], u), expected, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("v_V_per_s", [100.0, 2000.0])
+def test_damping_adds_a_power_of_the_rate(v_V_per_s: float) -> None:
+    """Once the velocity's filter has settled."""
+    u, sign = ramps(v_V_per_s)
+    added = -0.1 * (v_V_per_s / 5000.0) ** 0.7 * sign
+    found = run(PATH.but(damping_um=-0.1, **RATE), u) - run(PATH, u)
+    settled = settled_rows(sign)
+    np.testing.assert_allclose(found[settled], added[settled], rtol=2e-8, atol=1e-12)
+
+
+def test_widening_scales_the_distance_from_the_middle_of_the_major_loop() -> None:
+    u, sign = ramps(2000.0)
+    y = run(PATH, u)
+    f = [polynomial.polyval(x, PATH.f0) - PATH.f0[0] for x in (u, RANGE_V, RANGE_V - u)]
+    middle = PATH.f0[0] + (f[0] + f[1] - f[2]) / 2
+    added = 0.2 * (2000.0 / 5000.0) ** 0.7 * (y - middle)
+    found = run(PATH.but(widening=0.2, **RATE), u) - y
+    settled = settled_rows(sign)
+    np.testing.assert_allclose(found[settled], added[settled], rtol=0, atol=1e-8)
+
+
+@pytest.mark.parametrize("v_V_per_s", [100.0, 2000.0])
+def test_thresholds_switch_later_by_a_power_of_the_rate(v_V_per_s: float) -> None:
+    """All but the one at 0, whose weight is f0'(0): on the rising branch."""
+    u, sign = ramps(v_V_per_s)
+    later = 2.0 * (v_V_per_s / 5000.0) ** 0.7
+    found = run(PATH.but(threshold_V=2.0, **RATE), u)
+    expected = polynomial.polyval(u - later, PATH.f0) + PATH.f0[1] * later
+    rises = settled_rows(sign) & (sign > 0) & (u > later)
+    np.testing.assert_allclose(found[rises], expected[rises], rtol=0, atol=1e-8)
+
+
+def settled_rows(sign: Array) -> NDArray[np.bool_]:
+    """Ten samples after a start or a turn."""
+    rows = np.ones(sign.size, np.bool_)
+    turn = int(np.argmax(sign < 0))
+    rows[:10] = rows[turn : turn + 10] = False
+    return rows
+
+
+def test_history_leaves_its_turning_points() -> None:
+    """As if the record had begun with them."""
+    u = command()[1] + 5.0
+    whole = run(PATH, np.concatenate([[0.0, 95.0], u]))[2:]
+    found = Runner(0.0, RANGE_V).run(PATH, u, STEP_S, [95.0])
+    np.testing.assert_allclose(found, whole, rtol=0, atol=1e-13)
+    assert np.abs(found - run(PATH, u)).max() > 0.02
