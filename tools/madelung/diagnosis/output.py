@@ -8,7 +8,6 @@ import shutil
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -16,14 +15,18 @@ import numpy as np
 import scipy
 
 from madelung import __version__
+from madelung.blocks import Block
 from madelung.diagnosis.case import Case
 from madelung.diagnosis.diagnose import Diagnosis
 from madelung.diagnosis.holdout import Prediction
+from madelung.diagnosis.parameters import reported
 from madelung.diagnosis.pictures import View, draw
 from madelung.diagnosis.report import write_report
 from madelung.errors import InputError
+from madelung.export import default_scaling, write_params
 from madelung.files import write_atomically
 from madelung.model import Model
+from madelung.path import path_to_blocks
 from madelung.records import write_columns
 
 
@@ -81,13 +84,30 @@ def _folder(out: Path) -> Iterator[Path]:
 
 def _write_models(out: Path, case: Case, found: Diagnosis) -> None:
     ends = (case.u_min_V, case.u_max_V)
-    Model("madelung", *ends, f0=found.problem.f0(found.baseline.beta)).save(
-        out / "model_baseline.json"
-    )
+    f0 = found.problem.f0(found.baseline.beta)
+    Model("madelung", *ends, f0=f0).save(out / "model_baseline.json")
+    augmented = _augmented(found, ends)
+    augmented.save(out / "model_augmented.json")
+    write_params(augmented, default_scaling(augmented), out / "firmware")
+
+
+def _augmented(found: Diagnosis, ends: tuple[float, float]) -> Model:
+    """The accepted hypothesis as a model: what an open loop can run, and what it cannot."""
     best = found.best
     path = found.problem.path(best.forms, best.values, best.beta)
-    content = {"schema": "madelung.model/1", "kind": "augmented", "path": asdict(path)}
-    write_atomically(out / "model_augmented.json", json.dumps(content, indent=1))
+    beside = {
+        form.effect: {k: v["value"] for k, v in reported(form.effect, best, found.problem).items()}
+        for form in best.forms
+        if form.path is None
+    }
+    path = path.but(**beside.pop("gain_offset", {}))
+    blocks = path_to_blocks(path, {f.effect: f.name for f in best.forms})
+    if "initial_state" in beside:
+        start = beside.pop("initial_state")
+        blocks += (Block("initial_state", "unknown peak", start),)
+    names = {f.effect: f.name for f in best.forms}
+    kept = tuple(Block(effect, names[effect], values) for effect, values in beside.items())
+    return Model("augmented", *ends, f0=path.f0, blocks=blocks, not_in_firmware=kept)
 
 
 def _columns(p: Prediction) -> dict[str, Any]:

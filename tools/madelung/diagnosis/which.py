@@ -234,7 +234,7 @@ class Engine:
         visible = float(max(np.max(removed / whole), removed.sum() / whole.sum()))
         rest = np.maximum(left, 0.0) + 25.0
         telling = float(max(np.max(removed / rest), removed.sum() / rest.sum()))
-        if telling > CLEAN_SHARE and visible > VISIBLE_SHARE / 30:
+        if telling > CLEAN_SHARE and visible > VISIBLE_SHARE / 3:
             return True
         return bool(visible > VISIBLE_SHARE and telling > REMAINDER_SHARE)
 
