@@ -20,7 +20,8 @@ def replacing(path: Path) -> Iterator[Path]:
     Raises
     ------
     InputError
-        The folder does not exist or cannot be written, or ``path`` is a folder or a device.
+        The folder does not exist or cannot be written, ``path`` is a folder or a device, or the
+        block runs into an `OSError`.
     """
     target = Path(os.path.realpath(path))
     try:
@@ -38,10 +39,9 @@ def replacing(path: Path) -> Iterator[Path]:
     try:
         yield part
         part.chmod(0o666 & ~umask)
-        try:
-            part.replace(target)
-        except OSError as error:
-            raise InputError(f"{path}: cannot be written: {error.strerror}") from error
+        part.replace(target)
+    except OSError as error:  # the disk is full, say
+        raise InputError(f"{path}: cannot be written: {error.strerror or error}") from error
     finally:
         with suppress(FileNotFoundError):
             part.unlink()

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from madelung.campaigns import Campaign, Commands, bias_V, commands, fast_V_per_s, highest_V_per_s
 from madelung.errors import InputError
+from madelung.files import write_atomically
 from madelung.records import Record, write_record
 from madelung.sim_effects import (
     OUTSIDE,
@@ -615,7 +616,7 @@ def _write_case(
         "adc_bits": stage.adc_bits,
         "dac_bits": stage.dac_bits,
     }
-    (directory / "case.json").write_text(json.dumps(device, indent=1) + "\n", encoding="utf-8")
+    write_atomically(directory / "case.json", json.dumps(device, indent=1) + "\n")
     deviation = {}
     for index, (name, command) in enumerate(every.items()):
         acting = effects.at_identification() if name == "identify" else effects
