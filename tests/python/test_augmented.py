@@ -1,0 +1,203 @@
+"""Augmented models: what the file holds, what is refused, and `madelung predict` on them."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+from typer.testing import CliRunner
+
+from madelung.blocks import Block
+from madelung.cli import app
+from madelung.errors import InputError
+from madelung.model import Model, load_model, model_from_json
+from madelung.path import (
+    CreepMode,
+    Mode,
+    Runner,
+    SignalPath,
+    augmented_model,
+    discretise,
+    path_of,
+    path_to_blocks,
+)
+
+PATH = SignalPath(-20.0, 160.0, (0.3, 0.08, 2e-4, -1e-6))
+FIELDS: dict[str, dict[str, Any]] = {
+    "delay": {"delay_s": 3.21e-4},
+    "saturation": {"high_V": 101.3, "low_V": -3.7, "knee_V": 1.1},
+    "slew_limit": {"slew_V_per_s": 12345.0},
+    "amplifier_lag": {"corner_hz": 543.2},
+    "asymmetry": {"shape": ((0.1, 0, 0, 0), (0, 0, 0, 0), (0, 0, 0.3, 0), (0, 0, 0, 0))},
+    "rate_dependence": {"damping_um": -0.05, "power": 0.7, "v_ref_V_per_s": 1e4},
+    "non_masing": {"shape": ((0, 0, 0, 0), (0, 0.2, 0, 0), (0, 0, 0, 0), (0.1, 0, 0, 0))},
+    "creep": {"creep": (CreepMode(0.1, 0.01), CreepMode(600.0, 0.02))},
+    "resonance": {"modes": (Mode(312.3, 0.0123, 0.91), Mode(1234.5, 0.03, 0.09))},
+    "backlash": {"dead_band_um": 0.0321},
+    "gain_offset": {"gain": 1.0321, "offset_um": -0.123},
+}
+BOTH_SHAPES = np.add(*(FIELDS[e]["shape"] for e in ("asymmetry", "non_masing"))).tolist()
+FULL = PATH.but(**{k: v for fields in FIELDS.values() for k, v in fields.items()}).but(
+    shape=tuple(map(tuple, BOTH_SHAPES))
+)
+SKEW = Block("clock_skew", "clock skew", {"skew_ppm": 120.0})
+STEP_S = 1e-4
+
+
+@pytest.mark.parametrize("effect", FIELDS)
+def test_an_effect_is_one_block_and_comes_back(effect: str) -> None:
+    path = PATH.but(**FIELDS[effect])
+    (block,) = path_to_blocks(path, {effect: "its model"})
+    assert (block.effect, block.model) == (effect, "its model")
+    assert path_of(augmented_model(path, 140.0)) == path
+
+
+def test_all_effects_come_back_from_a_file(tmp_path: Path) -> None:
+    model = augmented_model(
+        FULL, 140.0, {"creep": "ladder"}, 77.0, not_in_firmware=[SKEW], extra={"source": "case"}
+    )
+    model.save(tmp_path / "model.json")
+    loaded = load_model(tmp_path / "model.json")
+    assert loaded == model
+    assert path_of(loaded) == FULL
+    content = json.loads((tmp_path / "model.json").read_text())
+    assert [b["effect"] for b in content["not_in_firmware"]] == ["clock_skew"]
+    assert {b["effect"] for b in content["blocks"]} == {*FIELDS, "initial_state"}
+
+
+def test_what_does_nothing_is_no_block() -> None:
+    idle = PATH.but(knee_V=1.0, power=0.5, v_ref_V_per_s=3.0, substeps_min=4)
+    assert path_to_blocks(idle) == ()
+    assert discretise(PATH, STEP_S) == discretise(path_of(augmented_model(PATH, 140.0)), STEP_S)
+
+
+def test_parameters_that_are_not_given_have_their_defaults() -> None:
+    data = BASE | {"blocks": [block("saturation", high_V=90), block("resonance", modes=[MODE])]}
+    path = path_of(model_from_json(data))
+    assert path == PATH.but(high_V=90.0, modes=(Mode(300.0, 0.02, 1.0),))
+
+
+MODE = {"fn_hz": 300, "zeta": 0.02}
+BASE = augmented_model(PATH, 140.0).to_json()
+
+
+def block(effect: str, **parameters: object) -> dict[str, Any]:
+    return {"effect": effect, "model": "m", "parameters": parameters}
+
+
+@pytest.mark.parametrize(
+    ("blocks", "reason"),
+    [
+        (None, "blocks must be a list"),
+        ({}, "blocks must be a list"),
+        ([1], 'blocks must hold objects with "effect"'),
+        ([{"effect": "delay"}], 'blocks must hold objects with "effect" and "parameters"'),
+        ([block("preisach")], "'preisach' is no effect that the core runs"),
+        ([block("drift", drift_um_per_s=1)], "'drift' is no effect that the core runs"),
+        ([block("delay", delay_s=1), block("delay", delay_s=1)], "delay stands there twice"),
+        ([block("delay")], "delay: delay_s must hold finite numbers, found None"),
+        ([block("delay", delay_s=float("nan"))], "delay_s must hold finite numbers, found nan"),
+        ([block("delay", delay_s=-1e-6)], "delay_s = -1e-06 must be 0 to 1000"),
+        ([block("delay", delay_s=True)], "delay_s must hold finite numbers, found True"),
+        ([block("delay", delay_ms=1)], "delay has no parameter 'delay_ms'"),
+        ([block("saturation", high_V=1, low_V=2)], r"high_V must be above low_V \(2\)"),
+        ([block("slew_limit", slew_V_per_s=0)], "slew_V_per_s = 0 must be 1e-09"),
+        ([block("amplifier_lag", corner_hz="50")], "corner_hz must hold finite numbers"),
+        ([block("asymmetry", g21_um=1)], "asymmetry has no parameter 'g21_um'"),
+        ([block("rate_dependence", damping_um=1)], "v_ref_V_per_s must hold finite"),
+        ([block("rate_dependence", v_ref_V_per_s=1, power=5)], "power = 5 must be"),
+        ([block("creep", modes={})], "creep: modes must be a list"),
+        ([block("creep", modes=[{"tau_s": 0, "gain": 1}])], "creep: tau_s = 0 must be"),
+        ([block("resonance", modes=[MODE | {"zeta": -0.1}])], "zeta = -0.1 must be 0"),
+        ([block("backlash", dead_band_um=float("inf"))], "dead_band_um must hold finite"),
+    ],
+)
+def test_bad_blocks_are_refused(blocks: object, reason: str) -> None:
+    with pytest.raises(InputError, match=reason) as caught:
+        model_from_json(BASE | {"blocks": blocks})
+    assert "\n" not in str(caught.value) and len(str(caught.value)) < 120
+
+
+@pytest.mark.parametrize("notes", [3, [{}], [block("drift", settle_s=None)]])
+def test_bad_notes_are_refused(notes: object) -> None:
+    with pytest.raises(InputError, match=r"not_in_firmware must|settle_s must hold finite"):
+        model_from_json(BASE | {"not_in_firmware": notes})
+
+
+# madelung predict
+
+
+def command(n: int = 3000) -> np.ndarray:
+    """On a grid that float holds exactly, from u_min."""
+    u = 50 - 70 * np.cos(np.arange(n) * 0.02) - 3 * np.sin(np.arange(n) * 0.3)
+    return np.clip(np.rint(u * 32) / 32, -20.0, 130.0)
+
+
+def predict(model: Model, table: pd.DataFrame, folder: Path, *options: str) -> pd.DataFrame:
+    model.save(folder / "model.json")
+    table.to_csv(folder / "record.csv", index=False)
+    files = [str(folder / name) for name in ("model.json", "record.csv")]
+    out = str(folder / "out.csv")
+    done = CliRunner().invoke(app, ["predict", *files, "-o", out, *options])
+    if done.exception is not None:
+        raise done.exception
+    assert done.exit_code == 0
+    (folder / "said.txt").write_text(done.output)
+    return pd.read_csv(out)
+
+
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+def test_predict_runs_every_block(precision: Any, tmp_path: Path) -> None:
+    u = command()
+    table = pd.DataFrame({"t_s": np.arange(u.size) * STEP_S, "u_V": u})
+    options = ["--reference"] if precision == "float64" else []
+    out = predict(augmented_model(FULL, 140.0), table, tmp_path, *options)
+    expected = Runner(-20.0, 160.0, precision).run(FULL, u, STEP_S)
+    # The sample time is read from rounded time stamps.
+    np.testing.assert_allclose(out["predicted_um"], expected, rtol=0, atol=2e-6)
+
+
+def test_predict_starts_from_the_history(tmp_path: Path) -> None:
+    u = command() + 10.0
+    table = pd.DataFrame({"t_s": np.arange(u.size) * STEP_S, "u_V": u})
+    out = predict(augmented_model(PATH, 140.0, start_peak_V=139.0), table, tmp_path)
+    expected = Runner(-20.0, 160.0, "float32").run(PATH, u, STEP_S, [139.0])
+    np.testing.assert_allclose(out["predicted_um"], expected, rtol=0, atol=1e-6)
+    fresh = predict(augmented_model(PATH, 140.0), table, tmp_path)
+    assert np.abs(fresh["predicted_um"] - out["predicted_um"]).max() > 0.02
+
+
+def test_predict_bridges_missing_rows(tmp_path: Path) -> None:
+    """The dynamics go on through a gap; every row of the file is predicted."""
+    u, path = command(), PATH.but(corner_hz=20.0)
+    rows = np.r_[0:900, 1300 : u.size]
+    table = pd.DataFrame({"t_s": rows * STEP_S, "u_V": u[rows]})
+    found = predict(augmented_model(path, 140.0), table, tmp_path)["predicted_um"]
+    bridged = np.interp(np.arange(u.size), rows, u[rows])
+    expected = Runner(-20.0, 160.0, "float32").run(path, bridged, STEP_S)[rows]
+    np.testing.assert_allclose(found, expected, rtol=0, atol=2e-6)
+
+
+def test_predict_refuses_a_record_that_misses_most_rows(tmp_path: Path) -> None:
+    rows = np.r_[0:500, 2500:3000]
+    table = pd.DataFrame({"t_s": rows * STEP_S, "u_V": command()[rows]})
+    with pytest.raises(InputError, match="most rows are missing"):
+        predict(augmented_model(PATH, 140.0), table, tmp_path)
+
+
+def test_predict_says_what_it_leaves_out(tmp_path: Path) -> None:
+    table = pd.DataFrame({"t_s": np.arange(3000) * STEP_S, "u_V": command()})
+    predict(augmented_model(PATH, 140.0, not_in_firmware=[SKEW]), table, tmp_path)
+    assert "knows of clock_skew, which no open-loop" in (tmp_path / "said.txt").read_text()
+
+
+def test_predict_refuses_a_delay_that_the_build_cannot_hold(tmp_path: Path) -> None:
+    table = pd.DataFrame({"t_s": np.arange(3000) * STEP_S, "u_V": command()})
+    model = augmented_model(PATH.but(delay_s=0.02), 140.0)
+    with pytest.raises(InputError, match="delay of 199 samples: an array is too long"):
+        predict(model, table, tmp_path)
+    predict(model, table, tmp_path, "--reference")
