@@ -241,6 +241,20 @@ def test_command_writes_the_contracts_model_and_pictures(tmp_path: Path) -> None
     assert (model.read_bytes(), plot.read_bytes()) == first
 
 
+def test_command_writes_an_interactive_page(tmp_path: Path) -> None:
+    record, model, page = tmp_path / "r.csv", tmp_path / "m.json", tmp_path / "p.html"
+    write_record(record, measured(triangle(3), 0.01))
+    assert run(record, "-o", model, "--html", page)[0] == 0
+    text = page.read_text(encoding="utf-8")
+    assert text.rstrip().endswith("</html>") and "Plotly.newPlot" in text
+    assert 'src="http' not in text, "it needs no network"
+    for name in ("Major loop", "What the fit leaves", "measured", "rising", "asymmetry"):
+        assert name in text[-200_000:]
+    first = page.read_bytes()
+    run(record, "-o", model, "--html", page)
+    assert page.read_bytes() == first
+
+
 def test_command_refuses_and_leaves_nothing(tmp_path: Path) -> None:
     record = tmp_path / "r.csv"
     write_record(record, measured(triangle(3), 0.01))
@@ -251,6 +265,7 @@ def test_command_refuses_and_leaves_nothing(tmp_path: Path) -> None:
         ((record, "-o", out, "--model", "yang2015"), "not in this version"),
         ((record, "-o", out, "--from", 5, "--to", 2), "must be after"),
         ((record, "-o", out, "--plot", tmp_path / "p.gif"), "PNG"),
+        ((record, "-o", out, "--html", tmp_path / "p.txt"), "HTML"),
         ((record, "-o", tmp_path / "none" / "m.json"), "cannot be written"),
         ((tmp_path / "none.csv", "-o", out), "none.csv: cannot be read"),
         ((), "Missing"),

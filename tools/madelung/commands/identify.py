@@ -23,8 +23,8 @@ def identify(
         list[Path],
         typer.Argument(
             metavar="RECORD",
-            help="CSV with t_s,u_V,y_um: a slow triangle or sine over the whole range, two cycles "
-            "or more. Several records of one device are averaged.",
+            help="CSV, .mat or .h5 with t_s, u_V, y_um: a slow triangle or sine over the whole "
+            "range, two cycles or more. Several records of one device are averaged.",
         ),
     ],
     output: Annotated[Path, typer.Option("--output", "-o", help="Write the model here, JSON.")],
@@ -45,6 +45,9 @@ def identify(
         float | None, typer.Option("--to", help="Fit only rows up to this time, s.")
     ] = None,
     plot: Annotated[Path | None, typer.Option(help="Draw the fit here, PNG.")] = None,
+    html: Annotated[
+        Path | None, typer.Option(help="Write the fit here as an interactive page, HTML.")
+    ] = None,
 ) -> None:
     """Identify a model from slow loops over the whole range.
 
@@ -70,6 +73,11 @@ def identify(
 
         with working("drawing"):
             draw_identification(plot, found)
+    if html is not None:
+        from madelung.pages import write_identification
+
+        with working("drawing"):
+            write_identification(html, found)
     found.model.save(output)
     say(found.warnings, [str(output), *summary(found)])
 

@@ -12,7 +12,9 @@ def predict(
     model: Annotated[Path, typer.Argument(help="model.json, as `madelung identify` writes it.")],
     record: Annotated[
         Path,
-        typer.Argument(help="CSV with t_s,u_V and, where measured, y_um. It begins at rest."),
+        typer.Argument(
+            help="CSV, .mat or .h5 with t_s, u_V and, where measured, y_um. It begins at rest."
+        ),
     ],
     output: Annotated[
         Path,
