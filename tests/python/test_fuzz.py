@@ -27,8 +27,10 @@ import pandas as pd
 import pytest
 import scipy.io
 import typer
+from typer.testing import CliRunner
 
 from madelung.cli import app, main
+from madelung.errors import InputError
 
 CASES = 150
 FAILURES_MAX = 20
@@ -365,6 +367,27 @@ def test_every_command_survives_anything(
         if len(failures) == FAILURES_MAX:
             break
     assert not failures, "\n".join(failures)
+
+
+@pytest.mark.parametrize(
+    "args",
+    [
+        ["unseal", "deep.json", "key"],
+        ["simulate", "-o", "out.csv", "--stage", "deep.json"],
+        ["simulate", "-o", "out.csv", "--from", "deep.json"],
+        ["predict", "deep.json", "r.csv", "-o", "out.csv"],
+        ["export", "deep.json", "-o", "."],
+    ],
+)
+def test_json_nested_too_deep_is_refused(
+    folder: Path, args: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What the fuzzer has found."""
+    (folder / "deep.json").write_text("[" * 100_000)
+    monkeypatch.chdir(folder)
+    result = CliRunner().invoke(app, args, standalone_mode=False)
+    assert isinstance(result.exception, InputError) and "deep.json: " in str(result.exception)
+    assert not (folder / "out.csv").exists()
 
 
 # -- killed in mid write ------------------------------------------------------------------------

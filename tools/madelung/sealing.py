@@ -49,7 +49,7 @@ def unseal(path: Path, key: str) -> dict[str, Any]:
         token, commitment = content["token"], content["sha256"]
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from error
-    except (ValueError, KeyError, TypeError) as error:
+    except (ValueError, KeyError, TypeError, RecursionError) as error:
         raise InputError(f"{path}: is not a file of sealed labels") from error
     try:
         salted = Fernet(key).decrypt(str(token))

@@ -172,7 +172,7 @@ def load_stage(path: Path) -> Stage:
         data = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from error
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise InputError(f"{path}: is not a JSON file: {error}") from error
     known = {f.name for f in fields(Stage)}
     if not isinstance(data, dict) or not data.keys() <= known:

@@ -379,5 +379,5 @@ def _next_command(diagnosis: Path) -> Command:
         )
     except OSError as error:
         raise InputError(f"{diagnosis}: cannot be read: {error.strerror}") from error
-    except (ValueError, KeyError, TypeError, ZeroDivisionError) as error:
+    except (ValueError, KeyError, TypeError, ZeroDivisionError, RecursionError) as error:
         raise InputError(f"{diagnosis}: names no next experiment") from error
