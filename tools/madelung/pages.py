@@ -11,13 +11,16 @@ from numpy.polynomial import Polynomial
 from madelung.errors import InputError
 from madelung.files import write_atomically
 from madelung.identify import Identification
-from madelung.plots import FALLING, MEASURED, MODEL, RISING, extremes
+from madelung.plots import FALLING, MEASURED, MODEL, RISING
+
+POINTS_MAX = 4000
+"""Points that a browser draws quickly without WebGL, which not every machine has."""
 
 
 def write_identification(path: Path, found: Identification) -> None:
     """Write the loop, the rows mapped onto the ascending branch, what is left, and the asymmetry.
 
-    Long records are thinned to the lowest and highest value of every stretch.
+    Of a long record every n-th row is shown.
 
     Raises
     ------
@@ -55,20 +58,22 @@ def write_identification(path: Path, found: Identification) -> None:
 
 def _traces(found: Identification) -> list[list[Any]]:
     """The traces of the four panels."""
-    from plotly.graph_objects import Scattergl
+    from plotly.graph_objects import Scatter
 
     model = found.model
     f0 = Polynomial(model.f0)
     x = np.linspace(0.0, model.range_V, 300)
     fall = f0(0.0) + f0(model.range_V) - f0(model.range_V - x)
-    rows = extremes(found.y)
+    rows = np.unique(
+        np.linspace(0, found.y.size - 1, min(found.y.size, POINTS_MAX)).astype(np.intp)
+    )
     u = found.x_V + model.u_min_V
     left = found.y - found.fitted
     x_t, y_t = found.mapped
     centre = (np.arange(found.asymmetry.size) + 0.5) * model.range_V / found.asymmetry.size
 
     def points(x: Any, y: Any, of: Any, name: str, colour: str, legend: bool) -> Any:
-        return Scattergl(
+        return Scatter(
             x=x[of],
             y=y[of],
             mode="markers",
@@ -79,7 +84,7 @@ def _traces(found: Identification) -> list[list[Any]]:
         )
 
     def line(x: Any, y: Any, name: str, colour: str) -> Any:
-        return Scattergl(x=x, y=y, mode="lines", line={"color": colour, "width": 2}, name=name)
+        return Scatter(x=x, y=y, mode="lines", line={"color": colour, "width": 2}, name=name)
 
     def branches(x: Any, y: Any, legend: bool) -> list[Any]:
         rising, falling = rows[found.rising[rows]], rows[~found.rising[rows]]
