@@ -20,7 +20,7 @@ PACKAGES = (
 
 Machine = Literal["avr", "mps2"]
 UNIT = {"avr": "cycles", "mps2": "instructions"}
-ALGORITHMS = ("ours", "reference", "play", "nothing")
+ALGORITHMS = ("ours", "reference", "play", "nothing", "chain")
 ROW = np.dtype(
     [("y_um", "<f4"), ("status", "<i2"), ("count", "<u2"), ("cost", "<u4"), ("stack", "<u4")]
 )
@@ -54,10 +54,13 @@ def qemu(image: str, folder: Path) -> None:
     )
 
 
-def run(machine: Machine, algorithm: str, x_volts: ArrayLike) -> NDArray[np.void]:
-    """Run one algorithm over x, shape (n,), in volts; gives n rows of `ROW`."""
+def run(machine: Machine, algorithm: str, x_volts: ArrayLike, *more: int) -> NDArray[np.void]:
+    """Run one algorithm over x, shape (n,), in volts; gives n rows of `ROW`.
+
+    ``chain`` takes one more word: the blocks that act.
+    """
     build()
-    head = np.array([ALGORITHMS.index(algorithm)], "<u4").tobytes()
+    head = np.array([ALGORITHMS.index(algorithm), *more], "<u4").tobytes()
     data = head + np.asarray(x_volts, "<f4").tobytes()
     if machine == "avr":
         command = [BUILD / "avr_run", BUILD / "avr.elf"]

@@ -1,15 +1,18 @@
 /*
  * Runs one algorithm over a record of reals, with the timing pin high around each step. The first
  * word of the input is the algorithm, then come volts as the bits of floats. The model is in
- * model.h.
+ * model.h; the whole chain runs mdl_params.h, and takes a second word: the blocks that act.
  */
 #include "board.h"
 #include "cao2019.h"
+#include "mdl_params.h"
 #include "mdl_traj.h"
 #include "model.h"
 #include "play.h"
 
-enum { OURS = 0, REFERENCE = 1, PLAY = 2, NOTHING = 3 };
+enum { OURS = 0, REFERENCE = 1, PLAY = 2, NOTHING = 3, CHAIN = 4 };
+
+#define CHAIN_SHAPE UINT32_C(0x8000) /* beside the bits MDL_BLOCK_... */
 
 /* One algorithm runs at a time: the memories share their place. */
 static union {
@@ -20,6 +23,8 @@ static mdl_major major;
 static mdl_traj traj;
 static cao2019 reference;
 static play ten;
+static mdl_chain_params params;
+static mdl_chain chain;
 
 static void write_result(mdl_real y, uint16_t status, uint16_t count)
 {
@@ -74,6 +79,28 @@ static void run_play(void)
     }
 }
 
+static void run_chain(void)
+{
+    mdl_real_bits u;
+    mdl_real y = 0.0f;
+    uint32_t word = 0;
+    (void)board_read(&word);
+    params = mdl_params.chain;
+    params.blocks = (uint16_t)(word & ~CHAIN_SHAPE);
+    if ((word & CHAIN_SHAPE) == 0) {
+        params.major.shape = 0;
+    }
+    (void)mdl_chain_init(&chain, &params, &left.ours, &right.ours);
+    while (board_read(&word)) {
+        mdl_status status;
+        u.bits = (mdl_key)word;
+        board_pin_high();
+        status = mdl_chain_step(&chain, u.real, &y);
+        board_pin_low();
+        write_result(y, (uint16_t)status, (uint16_t)mdl_traj_turning_points(&chain.traj));
+    }
+}
+
 /* The cost of the pin itself. */
 static void run_nothing(void)
 {
@@ -99,6 +126,9 @@ int main(void)
         break;
     case PLAY:
         run_play();
+        break;
+    case CHAIN:
+        run_chain();
         break;
     default:
         run_nothing();

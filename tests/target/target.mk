@@ -2,7 +2,9 @@
 OUT := build/target
 WARN := -Wall -Wextra -pedantic -Wconversion -Wdouble-promotion -Werror
 # The same flags for all algorithms; -ffp-contract=off because x * y + z must round twice everywhere.
-FLAGS := -std=c99 -O2 -ffp-contract=off $(WARN) -Ifirmware/core -Itests/reference -Itests/target
+FLAGS := -std=c99 -O2 -ffp-contract=off $(WARN) -Ifirmware/core -Itests/reference -Itests/target \
+	-Ifirmware/hal -Ifirmware/app -Ibuild/target/params
+PARAMS := build/target/params/mdl_params.c
 COMMON := $(wildcard firmware/core/*.c tests/reference/*.c)
 BSP := $(wildcard firmware/bsp_mps2/*.[cS])
 HEADERS := $(wildcard firmware/*/*.h tests/reference/*.h tests/target/*.h)
@@ -16,18 +18,21 @@ ARM_LINK := -nostartfiles -T linker/mps2.ld -Wl,--gc-sections
 .PHONY: all
 all: $(OUT)/avr.elf $(OUT)/avr_run $(OUT)/mps2.elf $(OUT)/host
 
-$(OUT)/avr.elf: tests/target/target.c tests/target/board_avr.c $(COMMON) $(HEADERS) | $(OUT)
+$(OUT)/avr.elf: tests/target/target.c tests/target/board_avr.c $(PARAMS) $(COMMON) $(HEADERS) | $(OUT)
 	$(AVR) -o $@ $(filter %.c,$^) $(AVR_LINK)
 
 $(OUT)/avr_run: tests/target/avr_run.c | $(OUT)
 	gcc -std=gnu99 -O2 -Wall -Wextra -Werror -isystem /usr/include/simavr -o $@ $< -lsimavr -lelf
 
 $(OUT)/mps2.elf: tests/target/target.c tests/target/board_mps2.c firmware/bsp_mps2/startup.c \
-		firmware/bsp_mps2/semihosting.c $(COMMON) $(HEADERS) linker/mps2.ld | $(OUT)
+		firmware/bsp_mps2/semihosting.c $(PARAMS) $(COMMON) $(HEADERS) linker/mps2.ld | $(OUT)
 	$(ARM) -o $@ $(filter %.c,$^) $(ARM_LINK)
 
 $(OUT)/host: tests/target/host.c $(COMMON) $(HEADERS) | $(OUT)
 	gcc $(FLAGS) -o $@ $(filter %.c,$^)
+
+$(PARAMS): tests/target/params.py $(wildcard tools/madelung/*.py) | $(OUT)
+	.venv/bin/python $< $(@D)
 
 $(OUT):
 	@mkdir -p $@

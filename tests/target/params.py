@@ -1,0 +1,37 @@
+"""The signal path with every block that the machines run: params.py FOLDER writes it as C."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from madelung.export import Scaling, write_params
+from madelung.path import CreepMode, Mode, SignalPath, augmented_model
+
+RATE_HZ = 10_000
+PATH = SignalPath(
+    0.0,
+    40.0,
+    (0.58517, 0.086444, 0.0011949, -6.1876e-06),
+    shape=tuple(tuple(0.01 * (k - j) for j in range(4)) for k in range(4)),
+    high_V=37.0,
+    low_V=1.0,
+    knee_V=0.7,
+    slew_V_per_s=9000.0,
+    corner_hz=321.0,
+    damping_um=-0.02,
+    widening=0.1,
+    threshold_V=0.3,
+    power=0.7,
+    v_ref_V_per_s=3000.0,
+    creep=(CreepMode(0.01, 0.02), CreepMode(600.0, 0.01)),
+    modes=(Mode(312.3, 0.012, 0.9), Mode(1234.5, 0.03, 0.1)),
+    dead_band_um=0.03,
+    delay_s=3.21e-4,
+    gain=1.03,
+    offset_um=-0.12,
+)
+MODEL = augmented_model(PATH, 40.0)
+
+if __name__ == "__main__":
+    write_params(MODEL, Scaling(RATE_HZ, (0.0, 40.0), (0.0, 6.0)), Path(sys.argv[1]))
