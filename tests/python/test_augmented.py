@@ -42,7 +42,11 @@ FIELDS: dict[str, dict[str, Any]] = {
 }
 BOTH_SHAPES = np.add(*(FIELDS[e]["shape"] for e in ("asymmetry", "non_masing"))).tolist()
 FULL = PATH.but(**{k: v for fields in FIELDS.values() for k, v in fields.items()}).but(
-    shape=tuple(map(tuple, BOTH_SHAPES))
+    shape=tuple(map(tuple, BOTH_SHAPES)),
+    substeps_min=5,
+    widening=0.1,
+    threshold_V=0.3,
+    velocity_tau_s=2e-4,
 )
 SKEW = Block("clock_skew", "clock skew", {"skew_ppm": 120.0})
 STEP_S = 1e-4
@@ -57,6 +61,11 @@ def test_an_effect_is_one_block_and_comes_back(effect: str) -> None:
 
 
 def test_all_effects_come_back_from_a_file(tmp_path: Path) -> None:
+    assert [k for k, v in vars(FULL).items() if v == getattr(PATH, k)] == [
+        "u_min_V",
+        "range_V",
+        "f0",
+    ]
     model = augmented_model(
         FULL, 140.0, {"creep": "ladder"}, 77.0, not_in_firmware=[SKEW], extra={"source": "case"}
     )
