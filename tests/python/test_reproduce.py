@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 
 from madelung.cli import app
 from madelung.core import Predictor
+from madelung.errors import InputError
 from madelung.reproduce import (
     CITATION,
     EQ_20,
@@ -19,10 +20,12 @@ from madelung.reproduce import (
     Reproduction,
     Row,
     fig_12_signal,
+    load_costs,
     nested_codes,
     play,
     reproduce,
     search_comparisons,
+    searched,
 )
 
 
@@ -120,6 +123,58 @@ def test_memory_and_parameters(found: Reproduction) -> None:
     for r in table:
         assert f"entries give {r.paper.partition(' (')[0]}" in r.note
     assert row(found, "section 3.3", "parameters").ours == "4, 20"
+
+
+def test_comparisons_of_a_record_are_those_of_the_papers_search() -> None:
+    """Nested turns, then jumps: the search runs among the points held when the input arrives."""
+    x = np.array([0.9, 0.1, 0.8, 0.2, 0.7, 0.7, 0.05, 0.0])
+    count = np.array([1, 2, 3, 4, 5, 5, 2, 0])
+    # 0.7 rises among two right points; to 0.05 it falls among A_0, 0.1, 0.2, and to 0 among A_0.
+    among = [0, 1, 1, 2, 2, 0, 3, 1]
+    most = [0, 1, 1, 2, 2, 0, 2, 1]
+    got = searched(x, count)
+    assert [0 if m == 0 else search_comparisons(m) for m in among] == most
+    assert (got <= most).all() and (got[[1, 2, 6, 7]] == [1, 1, 2, 1]).all() and got[5] == 0
+
+
+COSTS = [
+    {
+        "machine": "M",
+        "unit": "cycles",
+        "algorithms": {
+            name: [{"p": p, "mean": 50.0 + p, "most": 80.0 + k * p} for p in (1, 2, 4)]
+            for name, k in (("reference", 14), ("ours", 3))
+        },
+    }
+]
+
+
+def test_fig_8_takes_costs_from_a_file(tmp_path: Path) -> None:
+    path = tmp_path / "timing.json"
+    path.write_text(json.dumps(COSTS), encoding="utf-8")
+    rows = [r for r in reproduce(load_costs(path)).rows if r.where == "Fig. 8"]
+    assert [r.ours.partition(" at most")[0] for r in rows[2:]] == [
+        "80 + 14.0 p cycles",
+        "80 + 3.0 p cycles",
+    ]
+    assert all("85.5 + 28.5 p cycles" in r.paper and r.agrees is None for r in rows[2:])
+    assert [(r.paper, r.ours) for r in rows[:2]] == [("2.80 us", "2.85 us"), ("1.23 us", "1.33 us")]
+
+
+def test_without_costs_fig_8_says_that_nothing_was_measured(found: Reproduction) -> None:
+    assert row(found, "Fig. 8", "cost of a step").ours == "not measured"
+
+
+@pytest.mark.parametrize(
+    "text", ["", "{}x", "[1]", '[{"machine": 1}]', json.dumps(COSTS).replace("4", '"x"')]
+)
+def test_refuses_a_bad_file_of_costs(tmp_path: Path, text: str) -> None:
+    path = tmp_path / "timing.json"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=r"timing\.json: (is not a JSON|does not hold costs)"):
+        load_costs(path)
+    with pytest.raises(InputError, match="cannot be read"):
+        load_costs(tmp_path)
 
 
 def test_command_writes_table_and_figures(tmp_path: Path, found: Reproduction) -> None:

@@ -100,6 +100,34 @@ class Comparison:
 
 
 @dataclass(frozen=True)
+class Cost:
+    """What a step of an algorithm costs on a machine between the edges of its timing pin.
+
+    Attributes
+    ----------
+    machine, unit
+        Where it was measured, and in what (``cycles`` or ``instructions``).
+    algorithm
+        ``reference``: as the paper's Fig. 2; ``ours``: the core.
+    p, mean, most
+        Comparisons of Fig. 2's search; mean and largest cost of the steps that need so many there.
+    """
+
+    machine: str
+    unit: str
+    algorithm: str
+    p: Floats
+    mean: Floats
+    most: Floats
+
+    @property
+    def line(self) -> tuple[float, float]:
+        """Least-squares line through `most`: cost at p = 0, and per comparison."""
+        slope, start = np.polyfit(self.p, self.most, 1)
+        return float(start), float(slope)
+
+
+@dataclass(frozen=True)
 class Reproduction:
     """All that was computed; the pictures are drawn from it."""
 
@@ -109,10 +137,17 @@ class Reproduction:
     fitted: Identification
     predicted: Prediction
     turning_points: NDArray[np.uint32]
+    costs: tuple[Cost, ...]
 
 
-def reproduce() -> Reproduction:
-    """Compute every result of the paper that can be computed without its actuator."""
+def reproduce(costs: tuple[Cost, ...] = ()) -> Reproduction:
+    """Compute every result of the paper that can be computed without its actuator.
+
+    Parameters
+    ----------
+    costs
+        Of emulated machines, as `load_costs` reads them; without them Fig. 8 is the paper's alone.
+    """
     example_1, rows_1 = _example_1()
     example_2, rows_2 = _example_2()
     t, u = fig_12_signal()
@@ -124,10 +159,11 @@ def reproduce() -> Reproduction:
         *rows_stage,
         *rows_14,
         *_comparisons(int(turning_points.max())),
+        *_fig_8(costs),
         _parameters(),
         *_memory(),
     ]
-    return Reproduction(tuple(rows), example_1, example_2, fitted, predicted, turning_points)
+    return Reproduction(tuple(rows), example_1, example_2, fitted, predicted, turning_points, costs)
 
 
 # -- Examples 1 and 2 -------------------------------------------------------------------------
@@ -343,21 +379,48 @@ def _stage(t: Floats, u: Floats) -> tuple[Identification, Prediction, list[Row]]
 # -- cost -------------------------------------------------------------------------------------
 
 
-def search_comparisons(m: int) -> int:
-    """Most comparisons that the binary search of Fig. 2 makes among m turning points.
+def comparisons(m: NDArray[np.intp], place: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Comparisons that the binary search of Fig. 2 makes, by running it; shape (n,).
 
-    Found by running it for every place that the input can have among them.
+    Parameters
+    ----------
+    m
+        Turning points among which it searches, shape (n,).
+    place
+        How many of them, the outermost, the input has not surpassed, shape (n,).
     """
-    place = np.arange(m + 1)  # so many turning points are surpassed
-    left, right = np.zeros_like(place), np.full_like(place, m)
-    made = np.zeros_like(place)
+    left, right, made = np.zeros_like(m), m.copy(), np.zeros_like(m)
     while (searching := left < right).any():
         mid = (left + right) // 2
-        beyond = mid < place
-        left = np.where(searching & beyond, mid + 1, left)
-        right = np.where(searching & ~beyond, mid, right)
+        inside = mid < place
+        left = np.where(searching & inside, mid + 1, left)
+        right = np.where(searching & ~inside, mid, right)
         made += searching
-    return int(made.max())
+    return made
+
+
+def search_comparisons(m: int) -> int:
+    """Most comparisons of the binary search of Fig. 2 among m turning points."""
+    place = np.arange(m + 1)
+    return int(comparisons(np.full_like(place, m), place).max())
+
+
+def searched(x: Floats, count: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Comparisons of Fig. 2's search at every sample of a record that starts at rest at 0.
+
+    Parameters
+    ----------
+    x
+        Input, shape (n,).
+    count
+        Left and right turning points held after each sample, shape (n,).
+    """
+    rises = np.sign(np.diff(x, prepend=0.0)).astype(np.intp)
+    moved = np.flatnonzero(rises)
+    turned = np.zeros_like(rises)
+    turned[moved[1:]] = np.diff(rises[moved]) != 0
+    before = np.concatenate(([1], count[:-1]))
+    return np.where(rises != 0, comparisons((before + turned) // 2, count // 2), 0)
 
 
 def _eq_18(m: int) -> int:
@@ -402,6 +465,78 @@ def _comparisons(most_of_fig_14: int) -> list[Row]:
             "at m = 7 eq. (18) is one above what the search needs",
         ),
     ]
+
+
+def load_costs(path: Path) -> tuple[Cost, ...]:
+    """Costs of emulated machines, as tests/target/fig8.py writes them.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or holds something else.
+    """
+    try:
+        told = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from error
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path}: is not a JSON file: {error}") from error
+    try:
+        costs = tuple(
+            Cost(
+                str(machine["machine"]),
+                str(machine["unit"]),
+                str(algorithm),
+                *(np.array([float(q[key]) for q in points]) for key in ("p", "mean", "most")),
+            )
+            for machine in told
+            for algorithm, points in machine["algorithms"].items()
+        )
+    except (TypeError, KeyError, AttributeError, ValueError, OverflowError) as error:
+        raise InputError(f"{path}: {_NO_COSTS}") from error
+    for cost in costs:
+        values = np.concatenate((cost.p, cost.mean, cost.most))
+        if np.unique(cost.p).size < 2 or not (np.abs(values) < 1e12).all():
+            raise InputError(f"{path}: {_NO_COSTS}")
+    return costs
+
+
+_NO_COSTS = "does not hold costs of emulated machines; `make reproduce` writes such a file"
+
+
+def _fig_8(costs: tuple[Cost, ...]) -> list[Row]:
+    start, slope = LINE_US
+    cycles = CLOCK_HZ * 1e-6
+    where = "Fig. 8"
+    rows = [
+        Row(
+            where,
+            f"computation time at p = {p}, text against the paper's own line",
+            f"{us:.2f} us",
+            f"{start + slope * p:.2f} us",
+            bool(np.isclose(us, start + slope * p, atol=5e-3)),
+            "the paper's text and its line differ",
+        )
+        for p, us in ((12, MCT_US), (4, FIG_14_US))
+    ]
+    paper = f"{start:g} + {slope:g} p us = {start * cycles:g} + {slope * cycles:g} p cycles"
+    called = {"reference": "the paper's algorithm", "ours": "our core"}
+    rows += [
+        Row(
+            where,
+            f"cost of a step, {called.get(c.algorithm, c.algorithm)}, {c.machine}",
+            f"{paper} (F28335, 150 MHz)",
+            f"{c.line[0]:.0f} + {c.line[1]:.1f} p {c.unit} at most; mean {c.mean.min():.0f} to "
+            f"{c.mean.max():.0f}",
+            None,
+            "an emulator's pin, and another processor: no F28335 was measured",
+        )
+        for c in costs
+    ]
+    if not costs:
+        note = "`make reproduce` measures it on emulated machines; no F28335 was measured"
+        rows.append(Row(where, "cost of a step", paper, "not measured", None, note))
+    return rows
 
 
 def _parameters() -> Row:

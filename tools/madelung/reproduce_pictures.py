@@ -10,7 +10,7 @@ from numpy.polynomial import Polynomial
 
 from madelung.identify import Identification
 from madelung.plots import FALLING, MEASURED, MODEL, RISING, label_axes, new_figure, save_figure
-from madelung.reproduce import EQ_20, LINE_US, MAX_ERROR_UM, Reproduction
+from madelung.reproduce import EQ_20, FIG_14_US, LINE_US, MAX_ERROR_UM, MCT_US, Reproduction
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -78,17 +78,21 @@ def _fig_7(found: Reproduction) -> Figure:
 
 def _fig_8(found: Reproduction) -> Figure:
     figure = new_figure()
-    axes = figure.subplots()
+    machines = list(dict.fromkeys((c.machine, c.unit) for c in found.costs))
+    panels = np.atleast_1d(figure.subplots(1, 1 + len(machines)))
     p = np.arange(1, 13)
-    axes.plot(
-        p,
-        LINE_US[0] + LINE_US[1] * p,
-        ".-",
-        color=MEASURED,
-        label="paper's line, 0.19 p + 0.57 us on the F28335 at 150 MHz",
-    )
-    axes.set_ylim(bottom=0.0)
-    label_axes(axes, "Fig. 8: computation time", "comparisons p", "time (us)")
+    panels[0].plot(p, LINE_US[0] + LINE_US[1] * p, color=MODEL, label="0.57 + 0.19 p")
+    panels[0].plot([12, 4], [MCT_US, FIG_14_US], "x", color=MODEL, label="given in the text")
+    label_axes(panels[0], "Fig. 8: paper, F28335 at 150 MHz", "comparisons p", "time (us)")
+    named = {"reference": ("paper's algorithm", RISING), "ours": ("our core", FALLING)}
+    for axes, (machine, unit) in zip(panels[1:], machines, strict=True):
+        for cost in (c for c in found.costs if c.machine == machine):
+            name, colour = named.get(cost.algorithm, (cost.algorithm, MEASURED))
+            axes.plot(cost.p, cost.most, "-", color=colour, label=f"{name}, most")
+            axes.plot(cost.p, cost.mean, ":", color=colour, label=f"{name}, mean")
+        label_axes(axes, machine, "comparisons p of Fig. 2's search", f"{unit} per step")
+    for axes in panels:
+        axes.set_ylim(bottom=0.0)
     return figure
 
 

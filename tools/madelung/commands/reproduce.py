@@ -26,6 +26,12 @@ def reproduce(
             "--output", "-o", help="Write table.md, table.json and the figures here, PNG (folder)."
         ),
     ] = None,
+    timing: Annotated[
+        Path | None,
+        typer.Option(
+            help="Costs on emulated machines for Fig. 8, as `make reproduce` writes them."
+        ),
+    ] = None,
 ) -> None:
     """Compute a paper's results, and print them beside the paper's.
 
@@ -33,11 +39,12 @@ def reproduce(
     it depends on something that only the authors have.
     """
     from madelung.commands.common import working
+    from madelung.reproduce import load_costs, write
     from madelung.reproduce import reproduce as run
-    from madelung.reproduce import write
 
+    costs = () if timing is None else load_costs(timing)
     with working("computing"):
-        found = run()
+        found = run(costs)
     if output is not None:
         with working("drawing"):
             write(output, found)
