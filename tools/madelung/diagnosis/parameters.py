@@ -31,6 +31,7 @@ def reported(effect: str, fit: Fit, problem: Problem) -> dict[str, dict[str, Any
 
     def interval(p: Param) -> dict[str, Any]:
         value, s = full.values[p.key], float(by_key.get(p.key, 0.0))
+        s = min(s, 50.0) if p.log else s  # beyond, the bounds decide
         low, high = (value * np.exp(-s), value * np.exp(s)) if p.log else (value - s, value + s)
         return _entry(value, max(float(low), p.low), min(float(high), p.high))
 

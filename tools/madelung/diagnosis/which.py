@@ -37,7 +37,11 @@ BEAM = 3
 FRONT_RATIO = 20.0
 FITS_MAX = 9
 SIZE_MAX = 4
+ROUGH_ITERATIONS = 3
+STARTS_PER_TRY = 12
+TRIES_MAX = 4
 BANDS = 14
+STRETCH_ROWS = 64
 EXCESS_MIN = 0.05
 """Excess over the noise, as a share of it, that is taken for structure."""
 
@@ -182,18 +186,22 @@ class Engine:
             and parent.effects | {f.effect} not in seen
         ]
         screened = self._map(lambda f: self._screen(parent, f), free)
-        top = max((g for g, _ in screened), default=0.0)
-        order = sorted(range(len(free)), key=lambda i: -screened[i][0])
-        chosen = [i for i in order if screened[i][0] > max(SCREEN_MIN, SCREEN_SHARE * top)][
-            : FITS_MAX + (6 if not parent.forms else 0)
+        top = max((found[0][0] for found in screened if found), default=0.0)
+        limit = max(SCREEN_MIN, SCREEN_SHARE * top)
+        worth = [
+            (found[0][0], i) for i, found in enumerate(screened) if found and found[0][0] > limit
         ]
-        rough = self._map(
-            lambda i: self._slim(
-                self.problem.fit(
-                    (*parent.forms, free[i]), parent.values | screened[i][1], parent.beta, 2
-                )
-            ),
-            sorted(chosen),
+        chosen = sorted(i for _, i in sorted(worth, key=lambda w: -w[0])[: self._fits_max(parent)])
+        tries = [(free[i], start) for i in chosen for _, start in screened[i]]
+        rough = self._best_of_each(
+            self._map(
+                lambda t: self._slim(
+                    self.problem.fit(
+                        (*parent.forms, t[0]), parent.values | t[1], parent.beta, ROUGH_ITERATIONS
+                    )
+                ),
+                tries,
+            )
         )
         if not rough:
             return []
@@ -202,16 +210,33 @@ class Engine:
         return [f for f in rough if not any(f is g for g in near)] + fine
 
     @staticmethod
+    def _fits_max(parent: Fit) -> int:
+        return FITS_MAX if parent.forms else FITS_MAX + 6
+
+    @staticmethod
+    def _best_of_each(fits: list[Fit]) -> list[Fit]:
+        """The best fit of every combination of forms, in order."""
+        best: dict[tuple[str, ...], Fit] = {}
+        for fit in fits:
+            key = tuple(f"{f.effect}: {f.name}" for f in fit.forms)
+            if key not in best or fit.cost < best[key].cost:
+                best[key] = fit
+        return list(best.values())
+
+    @staticmethod
     def _slim(fit: Fit) -> Fit:
         return replace(fit, jacobian=np.empty((0, 0)))
 
-    def _screen(self, parent: Fit, form: Form) -> tuple[float, dict[str, float]]:
-        best: tuple[float, dict[str, float]] = (0.0, form.null())
-        for start in form.starts(self.problem.scales):
-            gain = projected_gain(parent, self.problem.signature(parent, form, start))
-            if gain > best[0]:
-                best = (gain, start)
-        return best
+    def _screen(self, parent: Fit, form: Form) -> list[tuple[float, dict[str, float]]]:
+        """The most promising starts of a form, the best first; more where there are many."""
+        starts = form.starts(self.problem.scales)
+        found = [
+            (projected_gain(parent, self.problem.signature(parent, form, start)), i)
+            for i, start in enumerate(starts)
+        ]
+        found.sort(key=lambda f: (-f[0], f[1]))
+        keep = min(1 + len(starts) // STARTS_PER_TRY, TRIES_MAX)
+        return [(gain, starts[i]) for gain, i in found[:keep] if gain > 0]
 
     def _lines(self, parent: Fit) -> list[Form]:
         found = _peaks(self.problem, parent.residual)
@@ -226,6 +251,8 @@ class Engine:
         """Whether the richer hypothesis is proven against the poorer one."""
         extra = len(new.params) - len(old.params)
         if self.gain(old, new) < GAIN_MIN + GAIN_PER_PARAM * max(extra, 1):
+            return False
+        if _spread_gain(old, new) < GAIN_MIN / 2:
             return False
         before = self.problem.excess(null.residual)
         left = self.problem.excess(old.residual)
@@ -257,16 +284,21 @@ class Engine:
             smaller = []
             for form in fit.forms:
                 rest = tuple(f for f in fit.forms if f is not form)
-                key = frozenset(f.effect for f in rest)
-                if key not in self.fits:
-                    values = {p.key: fit.values[p.key] for f in rest for p in f.params}
-                    self._keep(self.problem.fit(rest, values, fit.beta))
-                smaller.append(self.fits[key])
+                values = {p.key: fit.values[p.key] for f in rest for p in f.params}
+                self._keep(self.problem.fit(rest, values, fit.beta))
+                smaller.append(self.fits[frozenset(f.effect for f in rest)])
             needless = [s for s in smaller if not self.accepted(s, fit, null)]
             if not needless:
                 break
             fit = min(needless, key=self.score)
         return fit
+
+
+def _spread_gain(old: Fit, new: Fit) -> float:
+    """Fall of the cost without the two short stretches that fall most: no proof by one glitch."""
+    fall = old.residual**2 - new.residual**2
+    stretches = np.sort(np.add.reduceat(fall, np.arange(0, fall.size, STRETCH_ROWS)))
+    return float(stretches[:-2].sum())
 
 
 def _band_power(a: Array, b: Array) -> tuple[Array, Array, Array]:
