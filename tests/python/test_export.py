@@ -46,7 +46,7 @@ BLOCKS = {
     "one hard end": {"high_V": 101.3},
     "slew limit": {"slew_V_per_s": 12345.0},
     "lag": {"corner_hz": 543.2},
-    "damping": {"damping_um": -0.05, "power": 0.7, "v_ref_V_per_s": 1e5},
+    "damping": {"damping_um": -0.05, "velocity_tau_s": 3e-4, "power": 0.7, "v_ref_V_per_s": 1e5},
     "widening": {"widening": 0.5, "power": 1.3, "v_ref_V_per_s": 1e5},
     "thresholds": {"threshold_V": 1.7, "power": 0.4, "v_ref_V_per_s": 1e5},
     "shape": {"shape": SHAPE},
@@ -260,6 +260,19 @@ def test_the_command_takes_rate_and_ranges(tmp_path: Path) -> None:
     assert found["volts_per_code"] == pytest.approx(60.0 / 4095.0, rel=1e-7)
     assert found["y_zero_um"] == -2.0
     assert found["codes_per_um"] == pytest.approx(4095.0 / 8.19, rel=1e-7)
+
+
+def test_the_command_says_what_the_firmware_cannot_run(tmp_path: Path) -> None:
+    drift = Block("drift", "", {"drift_um_per_s": 0.5})
+    fields = {"delay_s": 0.01, "corner_hz": 50.0}
+    model = augmented_model(PATH.but(**fields), 130.0, not_in_firmware=[drift])
+    model.save(tmp_path / "model.json")
+    code, said = invoke(tmp_path / "model.json", "-o", tmp_path / "new")
+    assert code == 0
+    warned = [line for line in said.splitlines() if "not in the firmware" in line]
+    assert len(warned) == 2
+    assert "delay: delay_s = 0.01" in warned[0] and "99 samples" in warned[0]
+    assert "drift: drift_um_per_s = 0.5: no open-loop predictor" in warned[1]
 
 
 @pytest.mark.parametrize(

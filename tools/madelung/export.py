@@ -98,9 +98,8 @@ def params_source(model: Model, scaling: Scaling) -> str:
         raise InputError(f"the sample rate ({scaling.rate_Hz} Hz) must be 1 to {RATE_HZ_MAX} Hz")
     _check_ascending(scaling.input_V, "input", "V")
     y_low, y_high = _check_ascending(scaling.output_um, "output", "um")
-    step_s = 1.0 / scaling.rate_Hz
-    model, notes = _fitting(model, step_s)
-    chain = discretise(path_of(model), step_s)
+    model, notes = fitting(model, scaling.rate_Hz)
+    chain = discretise(path_of(model), 1.0 / scaling.rate_Hz)
     lines = [
         "/* clang-format off */",
         "/* Written by `madelung export`; do not edit. Reals are floats, exact in nine digits.",
@@ -127,8 +126,9 @@ def params_source(model: Model, scaling: Scaling) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _fitting(model: Model, step_s: float) -> tuple[Model, list[str]]:
-    """The model with the blocks that the firmware has memory for, and a line on every other one."""
+def fitting(model: Model, rate_Hz: int) -> tuple[Model, list[str]]:
+    """The model with the blocks that the firmware can run, and a line on every other one."""
+    step_s = 1.0 / rate_Hz
     kept, notes = [], []
     for block in model.blocks:
         why = _too_large(block, step_s)

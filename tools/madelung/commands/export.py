@@ -10,7 +10,9 @@ import typer
 
 
 def export(
-    model: Annotated[Path, typer.Argument(help="model.json, as `madelung identify` writes it.")],
+    model: Annotated[
+        Path, typer.Argument(help="model.json of `madelung identify` or `madelung diagnose`.")
+    ],
     output: Annotated[
         Path, typer.Option("--output", "-o", help="Folder for mdl_params.h and mdl_params.c.")
     ],
@@ -29,7 +31,8 @@ def export(
     ] = None,
 ) -> None:
     """Write a model as C data for the firmware: mdl_params.h and mdl_params.c."""
-    from madelung.export import default_scaling, write_params
+    from madelung.commands.common import say
+    from madelung.export import default_scaling, fitting, write_params
     from madelung.model import load_model
 
     loaded = load_model(model)
@@ -48,4 +51,5 @@ def export(
         ),
     )
     write_params(loaded, scaling, output)
-    typer.echo(f"{output / 'mdl_params.c'}: {rate} Hz")
+    left_out = [f"not in the firmware: {line}" for line in fitting(loaded, rate)[1]]
+    say(left_out, [f"{output / 'mdl_params.c'}: {rate} Hz"])
