@@ -46,7 +46,7 @@ UNIT_VARIANTS := f32-256-asan f32-4096-asan f32-65536-asan f64-256-asan f64-4096
 	f64-65536-asan f32-4096-fast f64-65536-fast
 UNIT := $(MAKE) --no-print-directory -j2 -k -f tests/unit/unit.mk
 
-.PHONY: test test-unit test-firmware coverage test-python fuzz ceedling lint
+.PHONY: test test-unit test-firmware coverage test-python reproduce fuzz ceedling lint
 test: all ## run every test; the last line counts them
 	@tools/run_stages.sh $(TEST_STAGES)
 
@@ -68,6 +68,10 @@ coverage: .venv/.done ## print the line coverage of firmware/core; fails below 1
 
 test-python: all ## run the tests in Python
 	@tools/run_pytest.sh test-python $(wildcard tests/python tests/property tests/regression)
+
+reproduce: all ## put the results of Cao & Li 2019 beside ours, in build/cao2019; Fig. 8 on emulated machines
+	@.venv/bin/python tests/target/fig8.py build/timing.json
+	@.venv/bin/madelung reproduce cao2019 --timing build/timing.json -o build/cao2019
 
 fuzz: all ## feed damaged files and strange options to every command, for as long as asked: SECONDS=600
 	@FUZZ_SECONDS="$(or $(SECONDS),600)" .venv/bin/pytest -q -k survives tests/python/test_fuzz.py

@@ -15,6 +15,7 @@ import signal
 import subprocess
 import sys
 import time
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from enum import Enum
@@ -312,7 +313,8 @@ def run_case(seed: int, folder: Path, capfd: Any, monkeypatch: Any) -> None:
     monkeypatch.chdir(folder / "out")
     capfd.readouterr()
     try:
-        with limited():
+        with limited(), warnings.catch_warnings(record=True) as noted:
+            warnings.simplefilter("always")
             main()
         code: Any = 0
     except SystemExit as error:
@@ -322,6 +324,8 @@ def run_case(seed: int, folder: Path, capfd: Any, monkeypatch: Any) -> None:
     lines = capfd.readouterr().err.splitlines()
     after = snapshot(folder / "out")
     assert code in (0, None, 2), f"{said}: exit code {code}"
+    shown = [n for n in noted if not issubclass(n.category, DeprecationWarning)]
+    assert not shown, f"{said}: Python warns: {shown[0].message}"
     if code == 2:
         assert len(lines) == 1 and lines[0].startswith("madelung: "), f"{said}: {lines}"
         assert after == before, f"{said}: left {sorted(after.keys() - before.keys())}"

@@ -93,6 +93,7 @@ def _fig_8(found: Reproduction) -> Figure:
         label_axes(axes, machine, "comparisons p of Fig. 2's search", f"{unit} per step")
     for axes in panels:
         axes.set_ylim(bottom=0.0)
+        axes.set_xticks(p[1::2])
     return figure
 
 
