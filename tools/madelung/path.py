@@ -22,6 +22,7 @@ from madelung.model import MARGIN_SHARE, Model
 Array = NDArray[np.float64]
 SHAPE_ORDER = 4
 SLEW_SUBSTEPS = 4
+MODE_SUBSTEPS = 2
 VELOCITY_SAMPLES = 0.5
 """Least time constant of the velocity filter of the rate block, in (sub)samples."""
 TINY = 1e-37
@@ -104,8 +105,13 @@ class SignalPath:
 
     @property
     def substeps(self) -> int:
-        """Steps per sample: slew limit and rate dependence need more than one."""
-        needed = SLEW_SUBSTEPS if self.slew_V_per_s or self.has_rate else 1
+        """Steps per sample: slew limit and rate dependence need more than one.
+
+        So do flexure modes, which feel that a branch of the hysteresis is curved between samples.
+        """
+        needed = MODE_SUBSTEPS if self.modes else 1
+        if self.slew_V_per_s or self.has_rate:
+            needed = SLEW_SUBSTEPS
         return max(needed, int(self.substeps_min))
 
     @property
