@@ -101,7 +101,8 @@ def _read_mat(path: Path) -> Tree:
         sizes = (np.prod(shape, dtype=object) for _, shape, _ in scipy.io.whosmat(path))
         _check_size(path, int(sum(sizes)))
     found: dict[str, Any] = read_mat(str(path))
-    return {name: value for name, value in found.items() if not name.startswith("__")}
+    # Sorted: pymatreader goes through a set, whose order changes from run to run.
+    return {name: found[name] for name in sorted(found) if not name.startswith("__")}
 
 
 def _read_hdf5(path: Path) -> Tree:
