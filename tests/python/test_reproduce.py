@@ -192,6 +192,18 @@ def test_command_writes_table_and_figures(tmp_path: Path, found: Reproduction) -
     assert len([line for line in table if line.startswith("| ")]) == len(found.rows) + 1
 
 
+def test_the_readme_shows_what_is_computed(found: Reproduction) -> None:
+    readme = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+    shown = readme.partition("## Papers reproduced")[2].partition("\n## ")[0]
+    assert f"| {row(found, 'Example 1', 'f0').ours} (" in shown
+    assert row(found, "Example 2, Fig. 7", "float").ours.partition(" of")[0] in shown
+    assert f"stage: {row(found, 'Fig. 13', 'error').ours.partition(' (')[0]} |" in shown
+    assert f"| {row(found, 'Fig. 14, eq. (18)', 'comparisons').ours} |" in shown
+    for r in found.rows:
+        if r.where == "Fig. 8" and "text" in r.what:
+            assert f"{r.paper} and {r.ours} at p = " in shown
+
+
 def test_command_refuses_a_folder_that_cannot_be_made(tmp_path: Path) -> None:
     result = CliRunner().invoke(
         app, ["reproduce", "cao2019", "-o", str(tmp_path / "a" / "b")], standalone_mode=False
