@@ -394,6 +394,21 @@ def test_json_nested_too_deep_is_refused(
     assert not (folder / "out.csv").exists()
 
 
+@pytest.mark.parametrize(
+    "args",
+    [
+        ["--u-max", "1e308"],
+        ["--rate", "1e-300", "--seconds", "1e302"],
+        ["--rate", "1e308", "--seconds", "20"],
+    ],
+)
+def test_a_command_that_no_record_holds_is_refused(tmp_path: Path, args: list[str]) -> None:
+    """What the fuzzer has found."""
+    line = ["simulate", "-o", str(tmp_path / "out.csv"), *args]
+    result = CliRunner().invoke(app, line, standalone_mode=False)
+    assert isinstance(result.exception, InputError) and not list(tmp_path.iterdir())
+
+
 # -- killed in mid write ------------------------------------------------------------------------
 
 LIMITED = """

@@ -17,6 +17,7 @@ from madelung.errors import InputError
 Floats = NDArray[np.float64]
 
 SAMPLES_MAX = 10_000_000
+VOLTS_MAX, SECONDS_MAX = 1e6, 1e10
 _POINTS_PER_CYCLE = 64
 """Of the highest line of a multisine; a cubic spline between them is off by 1e-6 of the range."""
 _DENSE_MAX = 1_000_000
@@ -92,9 +93,14 @@ class Command:
                 raise InputError(f"{name} is {value:g}: it must be above 0")
         if not (np.isfinite([self.u_min_V, self.u_max_V]).all() and self.u_max_V > self.u_min_V):
             raise InputError(f"u_max ({self.u_max_V:g} V) must be above u_min ({self.u_min_V:g} V)")
-        if not 2 <= self.samples <= SAMPLES_MAX:
+        if max(abs(self.u_min_V), abs(self.u_max_V)) > VOLTS_MAX or self.seconds > SECONDS_MAX:
             raise InputError(
-                f"{self.seconds:g} s at {self.rate_hz:g} Hz are {self.samples} samples: "
+                f"{self.u_min_V:g} to {self.u_max_V:g} V over {self.seconds:g} s: no record holds "
+                f"more than {VOLTS_MAX:g} V or {SECONDS_MAX:g} s"
+            )
+        if not 1.5 < self.seconds * self.rate_hz < SAMPLES_MAX + 0.5:
+            raise InputError(
+                f"{self.seconds:g} s at {self.rate_hz:g} Hz are {self.seconds * self.rate_hz:.0f} samples: "
                 f"2 to {SAMPLES_MAX} are possible"
             )
         if not 0.0 <= self.rise_s <= self.dwell_s:
