@@ -98,9 +98,10 @@ class Command:
                 f"{self.u_min_V:g} to {self.u_max_V:g} V over {self.seconds:g} s: no record holds "
                 f"more than {VOLTS_MAX:g} V or {SECONDS_MAX:g} s"
             )
-        if not 1.5 < self.seconds * self.rate_hz < SAMPLES_MAX + 0.5:
+        samples = self.seconds * self.rate_hz  # may be infinite
+        if not 1.5 < samples < SAMPLES_MAX + 0.5:
             raise InputError(
-                f"{self.seconds:g} s at {self.rate_hz:g} Hz are {self.seconds * self.rate_hz:.0f} samples: "
+                f"{self.seconds:g} s at {self.rate_hz:g} Hz are {samples:.0f} samples: "
                 f"2 to {SAMPLES_MAX} are possible"
             )
         if not 0.0 <= self.rise_s <= self.dwell_s:
