@@ -14,8 +14,9 @@ CFLAGS := -O2 -fPIC -ffp-contract=off $(WARN)
 .PHONY: all help demo
 all: .venv/.done $(LIB)/libmdl_f32.so $(LIB)/libmdl_f64.so $(LIB)/libstage.so ## build the libraries and .venv
 
-demo: all ## simulate a stage, identify it, predict another record; pictures in demo-out/
+demo: all ## simulate a stage, identify it, predict another record, diagnose a sealed cause; see demo-out/
 	@tools/demo.sh demo-out
+	@tools/demo_diagnosis.sh demo-out
 
 help: ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' Makefile | expand -t 16

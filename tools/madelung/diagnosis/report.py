@@ -27,6 +27,7 @@ LINES_MAX = 20
 FAULTS_MAX = 30
 UNITS = {
     "V_per_s": "V/s",
+    "um_per_s": "um/s",
     "per_decade": "of the step per decade of time",
     "hz": "Hz",
     "ppm": "ppm",
