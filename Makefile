@@ -42,14 +42,20 @@ $(LIB)/libstage.so: $(wildcard host_sim/*.[ch])
 	$(CC) -O3 -fPIC -ffp-contract=off $(WARN) -shared -o $@ $(wildcard host_sim/*.c) -lm
 
 # Tests are run in stages, see tools/run_stages.sh; to add one, add its target here.
-TEST_STAGES := test-unit test-firmware coverage test-python
+TEST_STAGES := test-unit test-firmware coverage test-target test-python
 UNIT_VARIANTS := f32-256-asan f32-4096-asan f32-65536-asan f64-256-asan f64-4096-asan \
 	f64-65536-asan f32-4096-fast f64-65536-fast
 UNIT := $(MAKE) --no-print-directory -j2 -k -f tests/unit/unit.mk
 
-.PHONY: test test-unit test-firmware coverage test-python reproduce fuzz ceedling lint
-test: all ## run every test; the last line counts them
+.PHONY: test test-unit test-firmware coverage test-target test-python test-all test-slow reproduce fuzz ceedling lint
+test: all ## run the tests; the last line counts them
 	@tools/run_stages.sh $(TEST_STAGES)
+
+test-all: all ## run also the tests that take minutes
+	@tools/run_stages.sh $(TEST_STAGES) test-slow
+
+test-slow: all ## run the slow tests, with the tables of the diagnosis
+	@tools/run_pytest.sh test-slow -s -m slow tests/python
 
 test-unit: ## run the unit tests of firmware/core in every variant
 	@tools/apt.sh gcc libc6-dev
@@ -66,6 +72,9 @@ coverage: .venv/.done ## print the line coverage of firmware/core; fails below 1
 	@rm -rf build/unit/f32-4096-cov
 	@$(UNIT) VARIANT=f32-4096-cov STAGE=coverage
 	@.venv/bin/gcovr --root . --filter firmware/core/ --fail-under-line 100 build/unit/f32-4096-cov
+
+test-target: all ## compare the bits of an emulated AVR and Cortex-M4F with the PC's
+	@tools/run_pytest.sh test-target tests/target
 
 test-python: all ## run the tests in Python
 	@tools/run_pytest.sh test-python $(wildcard tests/python tests/property tests/regression)
