@@ -1,5 +1,9 @@
-"""Hypothesis profiles for all tests. Test modules import tests/reference as `reference`."""
+"""Hypothesis profiles and a marker for all tests.
 
+Test modules import tests/reference as `reference`.
+"""
+
+import pytest
 from hypothesis import settings
 
 # "ci": the same examples in every run. For a search: pytest --hypothesis-profile=explore
@@ -8,3 +12,9 @@ settings.register_profile(
 )
 settings.register_profile("explore", print_blob=True, deadline=None, max_examples=5000)
 settings.load_profile("ci")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Leave out the slow tests, unless a marker is asked for: pytest -m slow."""
+    config.addinivalue_line("markers", "slow: minutes; `make test-all` runs them")
+    config.option.markexpr = config.option.markexpr or "not slow"

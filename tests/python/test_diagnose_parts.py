@@ -136,7 +136,7 @@ def acting(form: Form) -> dict[str, float]:
     for p in form.params:
         if p.key in fill:
             start[p.key] = fill[p.key]
-        elif p.key not in start or start[p.key] == p.null and form.linear:
+        elif p.key not in start or (start[p.key] == p.null and form.linear):
             start[p.key] = p.null + 0.01 * p.scale
     return start
 

@@ -1,0 +1,419 @@
+"""`madelung diagnose` from a case folder to OUT: verdicts, options, what it leaves alone."""
+
+import json
+import shutil
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+from diagnose_cases import (
+    STAGE,
+    change,
+    commands,
+    content,
+    cut,
+    named,
+    parameters,
+    run,
+    tell,
+    written,
+)
+
+from madelung.campaigns import Commands
+from madelung.diagnosis.vocabulary import EFFECTS
+from madelung.model import Model, load_model
+from madelung.predict import predict
+from madelung.records import read_record
+from madelung.waveforms import Command, Waveform
+
+SCHEMA = Path(__file__).parents[3] / "shared" / "contracts" / "diagnosis.schema.json"
+FILES = (
+    "diagnosis.json",
+    "report.html",
+    "model_baseline.json",
+    "model_augmented.json",
+    "firmware/mdl_params.h",
+    "firmware/mdl_params.c",
+    "holdout/multisine.csv",
+    "holdout/steps.csv",
+)
+
+Diagnosis = dict[str, Any]
+
+
+@pytest.fixture(scope="module")
+def patch() -> Iterator[pytest.MonkeyPatch]:
+    with pytest.MonkeyPatch.context() as patched:
+        yield patched
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("diagnose")
+
+
+@pytest.fixture(scope="module")
+def labels(folder: Path) -> Diagnosis:
+    """Of the case with creep, which most tests look at."""
+    return written(folder / "creep", "creep")
+
+
+@pytest.fixture(scope="module")
+def found(patch: pytest.MonkeyPatch, folder: Path, labels: Diagnosis) -> Diagnosis:
+    return run(patch, folder / "creep", folder / "out", "--jobs", "2")
+
+
+@pytest.fixture(scope="module")
+def quiet(folder: Path) -> Path:
+    """A case with nothing to find."""
+    written(folder / "quiet")
+    return folder / "quiet"
+
+
+def few(*names: str) -> Commands:
+    """Some of the small case's records, and identify."""
+    return {k: v for k, v in commands().items() if k in ("identify", *names)}
+
+
+def copy(case: Path, folder: Path) -> Path:
+    return Path(shutil.copytree(case, folder / "case"))
+
+
+# -- what comes back ----------------------------------------------------------------------------
+
+
+def test_the_cause_is_named_with_its_size(found: Diagnosis, labels: Diagnosis) -> None:
+    assert found["verdict"]["status"] == "identified"
+    assert found["verdict"]["effects"] == ["creep"]
+    true = labels["parameters"]["creep"]["creep_per_decade"]
+    assert parameters(found, "creep")["creep_per_decade"] == pytest.approx(true, rel=0.05)
+    assert found["shrink"]["closable_closed"] > 0.98
+    assert found["gap"]["noise_floor_um"] == pytest.approx(STAGE.noise_um, rel=0.4)
+
+
+def test_the_schema_of_the_contract(found: Diagnosis) -> None:
+    import jsonschema
+
+    if not SCHEMA.exists():
+        pytest.skip(f"no schema at {SCHEMA}")
+    schema = json.loads(SCHEMA.read_text())
+    jsonschema.Draft202012Validator.check_schema(schema)
+    jsonschema.Draft202012Validator(schema).validate(found)
+    assert {e["effect"] for e in found["ranking"]} <= set(EFFECTS)
+    for entry in found["ranking"]:
+        for key, p in entry["parameters"].items():
+            assert p["ci95"][0] <= p["value"] <= p["ci95"][1], (entry["effect"], key)
+
+
+def test_every_file_of_the_contract_is_there(found: Diagnosis, folder: Path) -> None:
+    for name in FILES:
+        assert (folder / "out" / name).stat().st_size > 0, name
+    page = (folder / "out" / "report.html").read_text(encoding="utf-8")
+    assert "<html" in page and "creep" in page
+    assert 'src="http' not in page and 'href="http' not in page
+
+
+def test_holdout_predictions_have_every_row(found: Diagnosis, folder: Path) -> None:
+    for name in ("multisine", "steps"):
+        told = pd.read_csv(folder / "creep" / "holdout" / f"{name}.csv")
+        made = pd.read_csv(folder / "out" / "holdout" / f"{name}.csv")
+        assert list(made) == ["t_s", "u_V", "y_um", "baseline_um", "augmented_um"]
+        assert len(made) == len(told) and np.isfinite(made.to_numpy()).all()
+        np.testing.assert_allclose(made[["t_s", "u_V", "y_um"]], told, atol=1e-6)
+        score = next(r for r in found["shrink"]["records"] if r["name"] == name)
+        for column, key in (("baseline_um", "rms_before_um"), ("augmented_um", "rms_after_um")):
+            error = made["y_um"] - made[column]
+            assert np.sqrt(np.mean(error**2)) == pytest.approx(score[key], rel=1e-3)
+
+
+def test_the_models_give_the_predictions(found: Diagnosis, folder: Path) -> None:
+    record = read_record(folder / "creep" / "holdout" / "steps.csv")
+    made = pd.read_csv(folder / "out" / "holdout" / "steps.csv")
+    for name, column in (("baseline", "baseline_um"), ("augmented", "augmented_um")):
+        model = load_model(folder / "out" / f"model_{name}.json")
+        again = predict(model, record, "float64").predicted
+        np.testing.assert_allclose(again, made[column], atol=0.3 * STAGE.noise_um)
+
+
+def test_the_same_seed_gives_the_same_bytes_whatever_the_jobs(
+    found: Diagnosis, folder: Path, patch: pytest.MonkeyPatch
+) -> None:
+    files = [folder / "out" / n for n in FILES if n != "report.html"]
+    before = [f.read_bytes() for f in files]
+    run(patch, folder / "creep", folder / "out", "--jobs", "1", "--seed", "0")
+    assert [f.read_bytes() for f in files] == before
+
+
+def test_noise_in_place_of_the_holdouts_y_changes_the_score_alone(
+    found: Diagnosis, folder: Path, patch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    case = copy(folder / "creep", tmp_path)
+    rng = np.random.default_rng(1)
+    for path in (case / "holdout").iterdir():
+        change(path, y_um=lambda f: rng.normal(10.0, 5.0, len(f)).round(6))
+    noise = run(patch, case, tmp_path / "out")
+    own = {"shrink", "command", "warnings", "data_faults"}
+    assert {k: v for k, v in noise.items() if k not in own} == {
+        k: v for k, v in found.items() if k not in own
+    }
+    assert noise["shrink"]["rms_after_um"] > 100 * found["shrink"]["rms_after_um"]
+    for name in ("multisine", "steps"):
+        a, b = (
+            pd.read_csv(f / "holdout" / f"{name}.csv") for f in (folder / "out", tmp_path / "out")
+        )
+        columns = ["t_s", "u_V", "baseline_um", "augmented_um"]
+        pd.testing.assert_frame_equal(a[columns], b[columns], check_exact=True)
+    for name in ("model_baseline.json", "model_augmented.json"):
+        assert (tmp_path / "out" / name).read_bytes() == (folder / "out" / name).read_bytes()
+
+
+# -- verdicts -----------------------------------------------------------------------------------
+
+
+def test_nothing_to_find(quiet: Path) -> None:
+    found = content(quiet)
+    assert found["verdict"]["status"] == "no_gap"
+    assert named(found) == set()
+    assert found["shrink"]["closable_closed"] is None
+    assert any("detectable" in w for w in found["warnings"])
+
+
+def test_coloured_noise_is_no_cause(tmp_path: Path) -> None:
+    every = commands() | {"identify": Command(hz=0.1, seconds=60.0)}
+    written(tmp_path / "case", noise_um=0.02, noise_ar=0.9, every=every)
+    found = content(tmp_path / "case")
+    assert found["verdict"]["status"] == "no_gap"
+    assert found["gap"]["noise_floor_um"] == pytest.approx(0.02, rel=0.25)
+
+
+def test_what_the_vocabulary_lacks_is_unknown(tmp_path: Path) -> None:
+    written(tmp_path / "case", "impulses", every=few("train/decaying", "holdout/steps"))
+    found = content(tmp_path / "case")
+    assert found["verdict"]["status"] == "unknown"
+    assert found["verdict"]["effects"] == []
+    assert found["verdict"]["remainder_share"] > 0.05
+    assert found["next_experiment"]["waveform"] == "multisine"
+
+
+def test_range_below_zero_and_starts_at_a_bias(tmp_path: Path) -> None:
+    stage = replace(STAGE, u_min_V=-20.0, u_max_V=130.0, y_min_um=2.0)
+    every = {k: v for k, v in commands(stage).items() if k != "train/decaying"}
+    made = written(tmp_path / "case", "gain_offset", stage=stage, every=every)
+    found = content(tmp_path / "case")
+    assert found["verdict"]["effects"] == ["gain_offset"]
+    for key, value in made["parameters"]["gain_offset"].items():
+        assert parameters(found, "gain_offset")[key] == pytest.approx(value, rel=0.05), key
+
+
+def test_short_records(tmp_path: Path) -> None:
+    names = ("train/decaying", "train/multisine", "holdout/multisine")
+    every = {
+        k: v if k == "identify" else replace(v, seconds=v.seconds / 4)
+        for k, v in few(*names).items()
+    }
+    written(tmp_path / "case", "gain_offset", every=every)
+    found = content(tmp_path / "case")
+    assert "gain_offset" in named(found) and len(found["verdict"]["candidates"]) <= 4
+
+
+def test_a_single_sine_keeps_the_truth_among_the_candidates(tmp_path: Path) -> None:
+    sine = Command(Waveform.SINE, 4.0, 250.0, 8.0, 32.0, hz=3.0)
+    every = few() | {"train/sine": sine, "holdout/sine": replace(sine, hz=2.0)}
+    written(tmp_path / "case", "delay", every=every)
+    found = content(tmp_path / "case")
+    verdict = found["verdict"]
+    assert verdict["status"] in ("identified", "ambiguous")
+    assert "delay" in named(found) and len(verdict["candidates"]) <= 4
+    if verdict["status"] == "ambiguous":
+        assert found["next_experiment"]["rate_hz"] > 0.0
+
+
+def test_slow_records_cannot_show_a_delay(tmp_path: Path) -> None:
+    every = few("train/bias", "train/decaying", "holdout/steps")
+    written(tmp_path / "case", effects={"delay": {"delay_s": 1e-5}}, every=every)
+    found = content(tmp_path / "case")
+    assert found["verdict"]["status"] == "no_gap"
+    assert found["detectable"]["delay"] > 1e-5
+
+
+# -- options of the command and of case.json ----------------------------------------------------
+
+
+def test_check_fits_nothing(
+    folder: Path, labels: Diagnosis, patch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    found = run(patch, folder / "creep", tmp_path / "out", "--check")
+    assert found["ranking"] == [] and found["verdict"]["effects"] == []
+    sizes = found["detectable"]
+    assert set(sizes) >= set(EFFECTS) - {"periodic_disturbance"}
+    for effect in ("delay", "backlash", "gain_offset", "clock_skew"):
+        assert sizes[effect] > 0.0, effect
+    assert sizes["backlash"] < 0.02 * STAGE.stroke_um
+
+
+def test_more_rows_make_smaller_effects_detectable(quiet: Path, tmp_path: Path) -> None:
+    case = copy(quiet, tmp_path)
+    for name in ("bias", "decaying", "steps"):
+        (case / "train" / f"{name}.csv").unlink()
+    one, all_of_them = (content(c, check=True)["detectable"] for c in (case, quiet))
+    for effect in ("asymmetry", "gain_offset", "creep", "clock_skew"):
+        assert all_of_them[effect] < one[effect], effect
+
+
+def test_model_is_diagnosed_as_flashed(
+    folder: Path, found: Diagnosis, patch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    own = load_model(folder / "out" / "model_baseline.json")
+    flashed = Model("madelung", own.u_min_V, own.u_max_V, f0=tuple(1.1 * c for c in own.f0))
+    flashed.save(tmp_path / "model.json")
+    made = run(
+        patch,
+        folder / "creep",
+        tmp_path / "out",
+        "--model",
+        str(tmp_path / "model.json"),
+        "--check",
+    )
+    np.testing.assert_allclose(
+        load_model(tmp_path / "out" / "model_baseline.json").f0[: len(own.f0)], flashed.f0
+    )
+    assert made["gap"]["rms_um"] > 0.04 * STAGE.stroke_um > found["gap"]["rms_um"]
+
+
+def test_tolerance_stops_when_good_enough(folder: Path, found: Diagnosis) -> None:
+    percent = found["gap"]["percent_of_stroke"]
+    enough = content(folder / "creep", tolerance_percent=1.1 * percent)
+    assert enough["verdict"]["effects"] == [] and enough["ranking"] == []
+    assert enough["gap"] == found["gap"]
+
+
+def test_the_monitor_settles_the_input_box(tmp_path: Path) -> None:
+    every = few("train/decaying", "train/multisine", "holdout/multisine")
+    made = written(tmp_path / "case", "amplifier_lag", monitor=True, every=every)
+    found = content(tmp_path / "case")
+    assert "amplifier_lag" in found["verdict"]["effects"]
+    assert not {"saturation", "slew_limit"} & named(found)
+    true = made["parameters"]["amplifier_lag"]["corner_hz"]
+    assert parameters(found, "amplifier_lag")["corner_hz"] == pytest.approx(true, rel=0.03)
+
+
+def test_a_sound_monitor_clears_the_amplifier(tmp_path: Path) -> None:
+    every = few("train/decaying", "train/multisine", "holdout/multisine")
+    written(tmp_path / "case", "gain_offset", monitor=True, every=every)
+    found = content(tmp_path / "case")
+    assert found["verdict"]["effects"] == ["gain_offset"]
+    assert not {"saturation", "slew_limit", "amplifier_lag"} & set(found["detectable"])
+
+
+def test_running_records_may_begin_in_mid_motion(quiet: Path, tmp_path: Path) -> None:
+    case = copy(quiet, tmp_path)
+    cut(case / "train" / "bias.csv", 0.8)
+    assert content(case, check=True)["gap"]["max_um"] > 10 * STAGE.noise_um
+    tell(case, running=["bias.csv"])
+    found = content(case)
+    assert found["verdict"]["status"] == "no_gap"
+    assert found["gap"]["rms_um"] < 1.3 * STAGE.noise_um
+
+
+def test_known_parameters_are_kept_and_excluded_effects_are_not_tried(tmp_path: Path) -> None:
+    every = few("train/decaying", "train/multisine", "holdout/multisine")
+    made = written(tmp_path / "case", "gain_offset", every=every)
+    told = made["parameters"]["gain_offset"]
+    tell(tmp_path / "case", known=told, exclude=["creep"])
+    found = content(tmp_path / "case")
+    assert named(found) <= {"gain_offset"}
+    assert parameters(found, "gain_offset")["gain"] == told["gain"]
+    assert found["shrink"]["closable_closed"] > 0.95
+    assert not {"gain_offset", "creep"} & set(found["detectable"])
+
+
+def test_without_holdout_whole_records_are_set_aside(quiet: Path, tmp_path: Path) -> None:
+    case = copy(quiet, tmp_path)
+    shutil.rmtree(case / "holdout")
+    found = content(case)
+    assert found["shrink"]["set_aside"] == ["steps"]
+    assert [r["name"] for r in found["shrink"]["records"]] == ["steps"]
+    assert any("steps" in w for w in found["warnings"])
+
+
+# -- bad input ----------------------------------------------------------------------------------
+
+
+def blank(path: Path) -> None:
+    change(path, y_um=lambda f: f["y_um"].where(f.index != 700))
+
+
+def backwards(path: Path) -> None:
+    change(path, t_s=lambda f: f["t_s"].to_numpy()[::-1])
+
+
+def outside(path: Path) -> None:
+    change(path, u_V=lambda f: f["u_V"] + 60.0 * (f.index == 300))
+
+
+def without_y(path: Path) -> None:
+    pd.read_csv(path).drop(columns="y_um").to_csv(path, index=False)
+
+
+BAD = {
+    "NaN": ("train/decaying.csv", blank, "decaying.csv: row 702"),
+    "time": ("holdout/steps.csv", backwards, "steps.csv: row 3"),
+    "range": ("train/decaying.csv", outside, "15 %"),
+    "no identify": ("identify.csv", Path.unlink, "identify.csv: is missing"),
+    "no y": ("train/bias.csv", without_y, "y_um"),
+    "no json": ("case.json", Path.unlink, "case.json: cannot be read"),
+    "bad json": ("case.json", lambda p: p.write_text("{"), "case.json: is not a JSON file"),
+    "empty": ("train/bias.csv", lambda p: p.write_text(""), "bias.csv"),
+    "no train": ("train", shutil.rmtree, "train: holds no record"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_bad_input_ends_in_one_line(
+    name: str,
+    quiet: Path,
+    patch: pytest.MonkeyPatch,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    case = copy(quiet, tmp_path)
+    place, spoil, said = BAD[name]
+    spoil(case / place)
+    with pytest.raises(SystemExit) as end:
+        run(patch, case, tmp_path / "out")
+    told = capsys.readouterr().err.strip()
+    assert end.value.code == 2
+    assert "\n" not in told and said in told
+    assert [p.name for p in tmp_path.iterdir()] == ["case"]
+
+
+@pytest.mark.parametrize(
+    "keys",
+    [
+        {"u_min_V": 50.0},
+        {"u_max_V": "40"},
+        {"y_unit": "nm"},
+        {"exclude": ["magic"]},
+        {"known": {"speed": 1.0}},
+        {"running": ["nobody"]},
+    ],
+)
+def test_bad_case_json_is_refused(
+    keys: dict[str, Any],
+    quiet: Path,
+    patch: pytest.MonkeyPatch,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    case = copy(quiet, tmp_path)
+    tell(case, **keys)
+    with pytest.raises(SystemExit) as end:
+        run(patch, case, tmp_path / "out")
+    told = capsys.readouterr().err.strip()
+    assert end.value.code == 2 and "\n" not in told
+    assert "case.json" in told and next(iter(keys)) in told
+    assert not (tmp_path / "out").exists()
