@@ -47,7 +47,7 @@ UNIT_VARIANTS := f32-256-asan f32-4096-asan f32-65536-asan f64-256-asan f64-4096
 	f64-65536-asan f32-4096-fast f64-65536-fast
 UNIT := $(MAKE) --no-print-directory -j2 -k -f tests/unit/unit.mk
 
-.PHONY: test test-unit test-firmware coverage test-target test-python test-all test-slow reproduce fuzz ceedling lint
+.PHONY: bench test test-unit test-firmware coverage test-target test-python test-all test-slow reproduce fuzz ceedling lint
 test: all ## run the tests; the last line counts them
 	@tools/run_stages.sh $(TEST_STAGES)
 
@@ -75,6 +75,9 @@ coverage: .venv/.done ## print the line coverage of firmware/core; fails below 1
 
 test-target: all ## compare the bits of an emulated AVR and Cortex-M4F with the PC's
 	@tools/run_pytest.sh test-target tests/target
+
+bench: all ## what a step costs on the emulated machines, the paper's algorithm beside ours
+	@.venv/bin/python tests/target/bench.py
 
 test-python: all ## run the tests in Python
 	@tools/run_pytest.sh test-python $(wildcard tests/python tests/property tests/regression)
