@@ -36,6 +36,19 @@
 #define MDL_DELAY_MAX 64
 #endif
 
+/**
+ * A function that is compiled into its callers, and one that never is: what runs on every sample
+ * stays together, and saves no registers for what seldom runs. Where the compiler has no such
+ * attribute, its own choice costs time only.
+ */
+#ifdef __GNUC__
+#define MDL_INLINE static inline __attribute__((always_inline))
+#define MDL_APART static __attribute__((noinline))
+#else
+#define MDL_INLINE static inline
+#define MDL_APART static
+#endif
+
 /** Fails to compile when the condition is false; C99 has no static assert. */
 #define MDL_STATIC_ASSERT(condition, name) typedef char mdl_assert_##name[(condition) ? 1 : -1]
 

@@ -130,7 +130,8 @@ mdl_status mdl_major_init_play(mdl_major *major, mdl_real range_volts, const mdl
     return MDL_OK;
 }
 
-static mdl_real eval_polynomial(const mdl_major *major, mdl_real x)
+/* f0(x) - f0(0): without c[0] there is nothing to take away again. */
+static mdl_real swing_polynomial(const mdl_major *major, mdl_real x)
 {
     const mdl_real *c = major->c;
     mdl_real y = c[major->degree];
@@ -149,9 +150,9 @@ static mdl_real eval_polynomial(const mdl_major *major, mdl_real x)
     case 2:
         y = y * x + c[1]; /* fall through */
     case 1:
-        y = y * x + c[0]; /* fall through */
+        return y * x;
     default:
-        return y;
+        return MDL_C(0.0);
     }
 }
 
@@ -171,13 +172,16 @@ static mdl_real eval_piecewise_linear(const mdl_major *major, mdl_real x)
 
 mdl_real mdl_major_eval(const mdl_major *major, mdl_real x_volts)
 {
-    return major->kind == MDL_POLYNOMIAL ? eval_polynomial(major, x_volts)
+    return major->kind == MDL_POLYNOMIAL ? swing_polynomial(major, x_volts) + major->c[0]
                                          : eval_piecewise_linear(major, x_volts);
 }
 
 mdl_real mdl_major_swing(const mdl_major *major, mdl_real a_volts, mdl_real b_volts)
 {
-    mdl_real swing = mdl_major_eval(major, b_volts - a_volts) - major->at_zero_um;
+    mdl_real d = b_volts - a_volts;
+    mdl_real swing = major->kind == MDL_POLYNOMIAL
+                         ? swing_polynomial(major, d)
+                         : eval_piecewise_linear(major, d) - major->at_zero_um;
     if (major->shape != 0) {
         swing += mdl_shape_swing(major->shape, a_volts, b_volts);
     }

@@ -13,6 +13,7 @@
 #ifdef MDL_REAL_DOUBLE
 typedef double mdl_real;
 typedef int64_t mdl_key;
+typedef uint64_t mdl_ukey;
 #define MDL_C(x) (x)
 #define MDL_KEY_MAX INT64_C(0x7FFFFFFFFFFFFFFF)
 #define MDL_EXPONENT_BITS INT64_C(0x7FF0000000000000)
@@ -21,6 +22,7 @@ typedef int64_t mdl_key;
 #else
 typedef float mdl_real;
 typedef int32_t mdl_key;
+typedef uint32_t mdl_ukey;
 #define MDL_C(x) (x##f)
 #define MDL_KEY_MAX INT32_C(0x7FFFFFFF)
 #define MDL_EXPONENT_BITS INT32_C(0x7F800000)

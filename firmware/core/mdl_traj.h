@@ -35,31 +35,45 @@
 /** Left, and right, turning points that can be held: N_u / 2. */
 #define MDL_TP_CAPACITY ((uint16_t)(MDL_N_U / 2L))
 
+/** A point of the trajectory. */
+typedef struct {
+    mdl_real_bits x; /**< volts */
+    mdl_real y_um;   /**< um */
+} mdl_tp;
+
 /**
- * The turning points of one side, the outermost first. The keys ascend strictly on both sides, so
- * that one search serves both. On the F28335 with N_u = 4096 a left and a right side together
- * fill L4-L7 exactly.
+ * The turning points of one side, the outermost first: left ones ascend strictly, right ones
+ * descend. On the F28335 with N_u = 4096 a left and a right side together fill L4-L7 exactly.
  */
 typedef struct {
-    mdl_key x[MDL_N_U / 2L];     /**< left: mdl_key_of(volts); right: its complement ~ */
-    mdl_real y_um[MDL_N_U / 2L]; /**< um */
+    mdl_tp tp[MDL_N_U / 2L];
 } mdl_tp_side;
 
 MDL_STATIC_ASSERT(sizeof(mdl_tp_side) == MDL_N_U * sizeof(mdl_real), side_has_no_holes);
 
-/** State of a trajectory. The caller owns it, both sides of the memory and the major curve. */
+/**
+ * State of a trajectory. The caller owns it, both sides of the memory and the major curve. What
+ * every sample needs comes first.
+ */
 typedef struct {
+    mdl_tp last;               /**< (x_1, y_1) of eq. (10), the point before */
+    mdl_key upper;             /**< an input that rises to this leaves the curve, see mdl_traj.c */
+    mdl_key lower;             /**< an input that falls to this does */
+    uint16_t curve;            /**< on which curve, see mdl_traj.c */
+    mdl_tp *left;              /**< lefts->tp + pairs; if rising, the curve starts there */
+    mdl_tp *right;             /**< rights->tp + pairs; if falling, the curve starts before it */
+    mdl_real c[3];             /**< f0 = f0(0) + c[0] x + c[1] x^2 + c[2] x^3 on the short way */
+    const mdl_tp *left_floor;  /**< beyond it a left turning point can be dropped the short way */
+    const mdl_tp *right_floor; /**< beyond it a right one can */
+    const mdl_tp *left_end;    /**< end of the left side */
+    mdl_key short_end;         /**< the short way serves inputs from 0 to below this */
+    mdl_key range_end;         /**< the least key above the identified range */
+    mdl_tp_side *lefts;        /**< one more than pairs if rising, else pairs */
+    mdl_tp_side *rights;       /**< pairs */
     const mdl_major *major;
-    mdl_tp_side *left;
-    mdl_tp_side *right;
     mdl_real f0_min_um;     /**< f0(x_A0) */
     mdl_real full_swing_um; /**< from the minimum to the end of the identified range */
-    mdl_key range_key;      /**< end of the identified range */
     mdl_real margin_volts;  /**< extrapolated at most this far, >= 0 */
-    mdl_key last_x;         /**< x_1 of eq. (10), the input before */
-    mdl_real last_y_um;     /**< y_1 */
-    uint16_t falling;       /**< 1 on a descending curve (TP_flag of the paper) */
-    uint16_t pairs;         /**< right turning points held; left: as many, and one more if rising */
 } mdl_traj;
 
 /**
