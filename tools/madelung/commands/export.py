@@ -18,16 +18,16 @@ def export(
     ],
     rate: Annotated[int, typer.Option(help="Sample rate of the firmware, Hz.")] = 10_000,
     input_min: Annotated[
-        float | None, typer.Option(help="Drive voltage at ADC code 0, V [default: u_min_V].")
+        float | None, typer.Option(help="Drive voltage at ADC code 0, V (default: u_min_V).")
     ] = None,
     input_max: Annotated[
-        float | None, typer.Option(help="Drive voltage at ADC code 4095, V [default: u_max_V].")
+        float | None, typer.Option(help="Drive voltage at ADC code 4095, V (default: u_max_V).")
     ] = None,
     output_min: Annotated[
-        float | None, typer.Option(help="Displacement at DAC code 0, um [default: least of f0].")
+        float | None, typer.Option(help="Displacement at DAC code 0, um (default: least of f0).")
     ] = None,
     output_max: Annotated[
-        float | None, typer.Option(help="Displacement at DAC code 4095, um [default: most of f0].")
+        float | None, typer.Option(help="Displacement at DAC code 4095, um (default: most of f0).")
     ] = None,
 ) -> None:
     """Write a model as C data for the firmware: mdl_params.h and mdl_params.c."""

@@ -42,8 +42,6 @@ class Fit:
         (degree + 1,): f0(0), then the coefficients of the basis, um.
     cost
         Sum of squares of whitened residuals plus priors.
-    excess
-        By record: sum of squares less rows.
     residual
         (N,) whitened, zero where rows are left out.
     jacobian
