@@ -255,8 +255,8 @@ def _on_grid(path: Path, record: Record, role: Role, running: bool) -> Trace:
 def _warm_up(u: Array) -> int:
     """First sample after both ends of the record's own range have been visited."""
     span = np.ptp(u)
-    low = int(np.argmax(u <= u.min() + 0.02 * span))
-    high = int(np.argmax(u >= u.max() - 0.02 * span))
+    low = int(np.argmax(u <= u.min() + 0.002 * span))
+    high = int(np.argmax(u >= u.max() - 0.002 * span))
     return min(max(low, high), u.size // 2)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -82,9 +82,14 @@ def diagnose(case: Case, options: Options, progress: Progress = lambda _: None) 
     problem = Problem([case.identify, *case.train], noise, scales, degree)
     baseline = _baseline(problem, case, options.model, start)
     gap = _train_gap(problem, baseline)
-    engine, search = _search(problem, case, baseline, options, progress, gap)
+    good = _good_enough(gap, options)
+    engine, search = _search(problem, case, baseline, options, progress, good)
     verdict = judge(engine, search, _gap_excess(problem, baseline))
-    best = search.best
+    if good:
+        verdict = Verdict("no_gap", [], [], 1.0, 0.0, [])
+    elif options.check:
+        verdict = replace(verdict, confidence=0.0)
+    best = baseline if options.check or good else search.best
     progress("predicting the hold-out records")
     predictions = _predictions(problem, case, baseline, best)
     held = [p for p in predictions if p.trace.role == "holdout"]
@@ -110,7 +115,7 @@ def diagnose(case: Case, options: Options, progress: Progress = lambda _: None) 
         "data_faults": case.faults,
         "detectable": detectable(engine, search.null, list(engine.forms)),
         "next_experiment": next_experiment(verdict, scales),
-        "warnings": case.warnings + _warnings(case, noise, verdict),
+        "warnings": case.warnings + _warnings(case, noise, verdict, options, good),
         "noise": {
             "white_um": noise.white_um,
             "coloured_um": noise.coloured_um,
@@ -175,6 +180,12 @@ def _train_gap(problem: Problem, baseline: Fit) -> dict[str, float]:
     }
 
 
+def _good_enough(gap: dict[str, float], options: Options) -> bool:
+    """Whether the gap is below the tolerance that was asked for."""
+    asked = options.tolerance_percent
+    return asked is not None and gap["percent_of_stroke"] < asked
+
+
 def _gap_excess(problem: Problem, baseline: Fit) -> float:
     excess = problem.excess(baseline.residual)
     return float(sum(e for e, t in zip(excess, problem.traces, strict=True) if t.role == "train"))
@@ -189,7 +200,7 @@ def _search(
     baseline: Fit,
     options: Options,
     progress: Progress,
-    gap: dict[str, float],
+    good: bool,
 ) -> tuple[Engine, Search]:
     fixed, values = known_forms(case, problem.scales)
     given, measured = monitored(case, problem, options.jobs)
@@ -197,10 +208,6 @@ def _search(
     base = (*fixed, *given)
     barred = excluded(case, fixed, given)
     free = [f for f in forms(problem.scales) if f.effect not in barred]
-    good = (
-        options.tolerance_percent is not None
-        and gap["percent_of_stroke"] < options.tolerance_percent
-    )
     if options.check or good:
         engine = Engine(problem, free, options.jobs, progress)
         null = problem.fit(base, values, baseline.beta)
@@ -333,8 +340,14 @@ def _region_shrink(
     return out
 
 
-def _warnings(case: Case, noise: Noise, verdict: Verdict) -> list[str]:
+def _warnings(
+    case: Case, noise: Noise, verdict: Verdict, options: Options, good: bool
+) -> list[str]:
     said = []
+    if good:
+        said.append(f"good enough: the gap is below {options.tolerance_percent:g} % of the stroke")
+    if options.check:
+        said.append("checked only: no effect was fitted, the verdict says no more than that")
     if not noise.known:
         said.append("identify.csv has no second cycle: the noise floor is a guess from neighbours")
     if case.set_aside:

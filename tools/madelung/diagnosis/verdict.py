@@ -137,7 +137,6 @@ def detectable(engine: Engine, null: Fit, forms: list[Form]) -> dict[str, float 
 def _smallest(engine: Engine, null: Fit, form: Form) -> float | None:
     problem = engine.problem
     key = form.params[0].key
-    p = form.params[0]
     if form.linear:
         column = problem.signature(null, form, form.null())[0]
         strength = _energy(null, column)
@@ -148,14 +147,19 @@ def _smallest(engine: Engine, null: Fit, form: Form) -> float | None:
             continue
         sizes.append(start[key])
         strengths.append(_energy(null, problem.signature(null, form, start)[0]))
-    strong = np.array(strengths) > GAIN_MIN
-    if not strong.any() or len(sizes) < 2:
+    if not sizes or max(strengths) <= 1e-9:
         return None
-    x = np.log(np.abs(sizes)) if p.log or min(np.abs(sizes)) > 0 else np.array(sizes)
+    if len(sizes) == 1:  # an amplitude: the gain goes with its square
+        return abs(sizes[0]) * float(np.sqrt(GAIN_MIN / strengths[0]))
     order = np.argsort(strengths)
+    x = np.log(np.abs(np.array(sizes)[order]))
     z = np.log(np.maximum(np.array(strengths)[order], 1e-9))
-    at = float(np.interp(np.log(GAIN_MIN), z, x[order]))
-    return float(np.exp(at))
+    if z[-1] < np.log(GAIN_MIN):
+        return None
+    if z[0] < np.log(GAIN_MIN):
+        return float(np.exp(np.interp(np.log(GAIN_MIN), z, x)))
+    slope = (x[1] - x[0]) / max(z[1] - z[0], 1e-9)  # beyond the weakest start
+    return float(np.exp(x[0] + slope * (np.log(GAIN_MIN) - z[0])))
 
 
 def _energy(null: Fit, column: Array) -> float:
