@@ -54,6 +54,17 @@ def qemu(image: str, folder: Path) -> None:
     )
 
 
+def run_firmware(folder: Path, codes: ArrayLike, image: str = "firmware.elf") -> NDArray[np.uint16]:
+    """Run the firmware in this folder on codes of the ADC, shape (n,); gives those of the DAC.
+
+    The folder then holds pin.vcd, and after a run of probed.elf probe.bin.
+    """
+    build()
+    np.asarray(codes, "<u2").tofile(folder / "codes.bin")
+    qemu(image, folder)
+    return np.fromfile(folder / "dac.bin", "<u2")
+
+
 def run(machine: Machine, algorithm: str, x_volts: ArrayLike, *more: int) -> NDArray[np.void]:
     """Run one algorithm over x, shape (n,), in volts; gives n rows of `ROW`.
 

@@ -6,7 +6,6 @@ FLAGS := -std=c99 -O2 -ffp-contract=off $(WARN) -Ifirmware/core -Itests/referenc
 	-Ifirmware/hal -Ifirmware/app -Ibuild/target/params
 PARAMS := build/target/params/mdl_params.c
 COMMON := $(wildcard firmware/core/*.c tests/reference/*.c)
-BSP := $(wildcard firmware/bsp_mps2/*.[cS])
 HEADERS := $(wildcard firmware/*/*.h tests/reference/*.h tests/target/*.h)
 
 AVR := avr-gcc -mmcu=atmega1284p $(FLAGS)
@@ -16,7 +15,7 @@ ARM := arm-none-eabi-gcc -mcpu=cortex-m4 -mthumb -mfloat-abi=hard -mfpu=fpv4-sp-
 ARM_LINK := -nostartfiles -T linker/mps2.ld -Wl,--gc-sections
 
 .PHONY: all
-all: $(OUT)/avr.elf $(OUT)/avr_run $(OUT)/mps2.elf $(OUT)/host
+all: $(OUT)/avr.elf $(OUT)/avr_run $(OUT)/mps2.elf $(OUT)/host $(OUT)/firmware.elf $(OUT)/probed.elf
 
 $(OUT)/avr.elf: tests/target/target.c tests/target/board_avr.c $(PARAMS) $(COMMON) $(HEADERS) | $(OUT)
 	$(AVR) -o $@ $(filter %.c,$^) $(AVR_LINK)
@@ -27,6 +26,14 @@ $(OUT)/avr_run: tests/target/avr_run.c | $(OUT)
 $(OUT)/mps2.elf: tests/target/target.c tests/target/board_mps2.c firmware/bsp_mps2/startup.c \
 		firmware/bsp_mps2/semihosting.c $(PARAMS) $(COMMON) $(HEADERS) linker/mps2.ld | $(OUT)
 	$(ARM) -o $@ $(filter %.c,$^) $(ARM_LINK)
+
+# The firmware itself, and the same with what the predictor returns written beside it.
+FIRMWARE := $(wildcard firmware/app/*.c firmware/core/*.c firmware/bsp_mps2/*.c)
+$(OUT)/firmware.elf: $(FIRMWARE) $(HEADERS) linker/mps2.ld | $(OUT)
+	$(ARM) -o $@ $(filter %.c,$^) $(ARM_LINK)
+
+$(OUT)/probed.elf: tests/target/probe.c $(FIRMWARE) $(HEADERS) linker/mps2.ld | $(OUT)
+	$(ARM) -o $@ $(filter %.c,$^) $(ARM_LINK) -Wl,--wrap=mdl_chain_step,--wrap=mdl_board_idle
 
 $(OUT)/host: tests/target/host.c $(COMMON) $(HEADERS) | $(OUT)
 	gcc $(FLAGS) -o $@ $(filter %.c,$^)
