@@ -176,3 +176,14 @@ def test_interrupted_command_leaves_nothing(files: Path) -> None:
     _, error = started.communicate(timeout=60)
     assert (started.returncode, error) == (1, "madelung: interrupted\n")
     assert sorted(p.name for p in files.iterdir()) == before
+
+
+def test_what_is_read_is_not_written_over(tmp_path: Path) -> None:
+    record, model = tmp_path / "r.csv", tmp_path / "m.json"
+    write_record(record, record_of(wandering(), wandering()))
+    MODEL.save(model)
+    before = record.read_bytes(), model.read_bytes()
+    for command in (["predict", model, record, "-o", record], ["identify", record, "-o", record]):
+        done = subprocess.run([MADELUNG, *command], capture_output=True, text=True)
+        assert done.returncode == 2 and done.stderr.count("\n") == 1
+    assert (record.read_bytes(), model.read_bytes()) == before

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from contextlib import AbstractContextManager, nullcontext
+from pathlib import Path
 
 import typer
 
@@ -19,6 +20,14 @@ def working(doing: str) -> AbstractContextManager[object]:
     from rich.console import Console
 
     return Console(stderr=True).status(doing)
+
+
+def keep_inputs(inputs: Iterable[Path], *outputs: Path | None) -> None:
+    """Refuse to write over what is read."""
+    read = {path.resolve() for path in inputs}
+    for output in outputs:
+        if output is not None and output.resolve() in read:
+            raise InputError(f"{output}: is read by this command; write to another file")
 
 
 def window(from_s: float | None, to_s: float | None) -> tuple[float, float]:

@@ -59,11 +59,12 @@ def identify(
         raise InputError("--model yang2015 is not in this version: use --model madelung")
     wanted = _degree(degree)
 
-    from madelung.commands.common import say, window, working
+    from madelung.commands.common import keep_inputs, say, window, working
     from madelung.identify import identify as run
     from madelung.identify import summary
     from madelung.records import read_record
 
+    keep_inputs(records, output, plot, html)
     with working("reading"):
         read = [read_record(path) for path in records]
     with working("identifying"):

@@ -46,12 +46,13 @@ def predict(
 
     It computes what the firmware computes, bit for bit, unless --reference is given.
     """
-    from madelung.commands.common import say, window, working
+    from madelung.commands.common import keep_inputs, say, window, working
     from madelung.model import load_model
     from madelung.predict import predict as run
     from madelung.predict import summary
     from madelung.records import read_record, write_columns
 
+    keep_inputs([model, record], output, plot)
     loaded = load_model(model)
     with working("reading"):
         read = read_record(record)

@@ -265,7 +265,7 @@ def _verdict_json(verdict: Verdict) -> dict[str, Any]:
 
 
 def _ranking(engine: Engine, search: Search, baseline: Fit, noise: Noise) -> list[dict[str, Any]]:
-    """Per effect the best hypothesis that contains it, out of sample on the train records."""
+    """Per effect the best hypothesis that contains it, and what it leaves on the train records."""
     entries = []
     names = sorted({e for key in search.fits for e in key})
     for name in names:
@@ -291,7 +291,7 @@ def _ranking(engine: Engine, search: Search, baseline: Fit, noise: Noise) -> lis
 
 
 def _out_of_sample(engine: Engine, fit: Fit, baseline: Fit) -> tuple[float, float | None]:
-    """rms on the train records with each block left out of the fit (linearised), and the share."""
+    """Expected rms on rows like the train records' that were not fitted, and the share closed."""
     problem = engine.problem
     y = problem.simulate(fit)
     before = problem.simulate(baseline)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from madelung.diagnosis.forms import Scales
 from madelung.diagnosis.verdict import Verdict
 
@@ -36,14 +38,17 @@ def next_experiment(verdict: Verdict, s: Scales) -> dict[str, Any] | None:
 
 
 def _multisine(s: Scales, why: str) -> dict[str, Any]:
+    """Up to where half the range would move twice as fast as anything in this campaign."""
     rate = min(max(4.0 / s.step_min_s, 2000.0), RATE_MAX_HZ)
+    fastest_hz = 2 * s.rate_max_V_per_s / (np.pi * 0.5 * s.range_V)
+    why += "; look at the amplifier's current and at resonances before it is run"
     return {
         "waveform": "multisine",
         "rate_hz": rate,
         "seconds": 20.0,
         "f_low_hz": 0.5,
-        "f_high_hz": rate / 20,
-        **_levels(s, 0.1, 0.9),
+        "f_high_hz": float(np.clip(fastest_hz, 5.0, rate / 20)),
+        **_levels(s, 0.25, 0.75),
         "why": why,
     }
 

@@ -146,12 +146,11 @@ def _input_forms(s: Scales) -> list[Form]:
             (Param("delay_s", 0.0, longest, scale=s.step_min_s),),
             lambda _: [{"delay_s": d} for d in np.geomspace(2e-5, longest / 2, 10)],
             path=lambda path, v: path.but(delay_s=v["delay_s"], substeps_min=substeps),
-            refines=substeps > 1,
         )
 
     return [
         delay("smooth command", 1),
-        delay("command linear between samples", 8),
+        delay("command linear between samples", 4),
         clip("hard, high end", high),
         clip("hard, low end", low),
         clip("hard, both ends", high, low),

@@ -87,6 +87,8 @@ def _cycle_differences(trace: Trace) -> Array | None:
         return None
     good = trace.use[:n] & trace.use[shift:]
     du = trace.u_V[shift:] - trace.u_V[:n]
+    if good.mean() < 0.5:
+        return None
     if np.sqrt(np.mean(du**2)) > 0.05 * np.ptp(trace.u_V):
         return None
     d = trace.y_um[shift:] - trace.y_um[:n]
@@ -96,7 +98,8 @@ def _cycle_differences(trace: Trace) -> Array | None:
     columns += [du * z**k * side for k in range(3) for side in (rising, ~rising)]
     design = np.column_stack(columns)
     fit = np.linalg.lstsq(design[good], d[good], rcond=None)[0]
-    residual: Array = np.where(good, d - design @ fit, 0.0)
+    # Rows left out are zeros; the others carry their share of the energy.
+    residual: Array = np.where(good, d - design @ fit, 0.0) / np.sqrt(good.mean())
     return residual
 
 
