@@ -14,6 +14,7 @@ from madelung.commands.identify import identify
 from madelung.commands.predict import predict
 from madelung.commands.reproduce import reproduce
 from madelung.commands.simulate import simulate, unseal
+from madelung.commands.timing import timing
 from madelung.errors import InputError
 
 app = typer.Typer(
@@ -45,6 +46,7 @@ app.command()(diagnose)
 app.command()(export)
 app.command()(simulate)
 app.command()(unseal)
+app.command()(timing)
 
 
 def main() -> None:
