@@ -13,7 +13,7 @@ import numpy as np
 
 from madelung.blocks import Block, blocks_from_json, notes_from_json, number
 from madelung.errors import InputError
-from madelung.files import write_atomically
+from madelung.files import read_json, write_atomically
 
 SCHEMA = "madelung.model/1"
 DEGREE_MAX = 7
@@ -102,12 +102,7 @@ def load_model(path: Path) -> Model:
     InputError
         The file cannot be read, is not JSON, has another schema or a bad value.
     """
-    try:
-        data = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}") from error
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"{path}: is not a JSON file: {error}") from error
+    data = read_json(path)
     try:
         return model_from_json(data)
     except InputError as error:

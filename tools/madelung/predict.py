@@ -12,7 +12,7 @@ from madelung.core import Precision, Predictor, Status
 from madelung.errors import InputError
 from madelung.identify import ENDS_SHARE, percent, stroke_of
 from madelung.model import MARGIN_SHARE, Model
-from madelung.records import Record
+from madelung.records import Record, warm_up_rows
 
 Floats = NDArray[np.float64]
 
@@ -111,7 +111,7 @@ def predict(
             warnings.append(f"{record.name}: rows {text}: {rows} of {status.size}")
     scored = record.sound & (record.t_s >= from_s) & (record.t_s <= to_s)
     if running:
-        scored[: _warm_up_rows(record)] = False
+        scored[: warm_up_rows(record.u_V, ENDS_SHARE)] = False
     if record.y is None:
         scored[:] = False
     elif not scored.any():
@@ -173,13 +173,6 @@ def _check_range(model: Model, record: Record) -> None:
             f"to {model.u_max_V:g} V ({out.size} such rows): check the unit, or identify the model "
             "on a wider range"
         )
-
-
-def _warm_up_rows(record: Record) -> int:
-    """Rows until the record has been at both of its ends."""
-    u = record.u_V
-    reach = ENDS_SHARE * float(np.ptp(u))
-    return int(max(np.argmax(u >= u.max() - reach), np.argmax(u <= u.min() + reach)))
 
 
 def summary(found: Prediction) -> list[str]:

@@ -136,6 +136,12 @@ _FAULT_TEXT: dict[FaultKind, str] = {
 }
 
 
+def warm_up_rows(u_V: Floats, share: float) -> int:
+    """Rows until a command, (n,), has been within a share of its swing of both of its ends."""
+    reach = share * float(np.ptp(u_V))
+    return int(max(np.argmax(u_V >= u_V.max() - reach), np.argmax(u_V <= u_V.min() + reach)))
+
+
 def read_record(path: Path) -> Record:
     """Read a record; the suffix of its name decides how (CSV unless `formats` knows it).
 

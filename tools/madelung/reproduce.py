@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from madelung import __version__
 from madelung.core import Precision, Predictor
 from madelung.errors import InputError
-from madelung.files import write_atomically
+from madelung.files import read_json, write_atomically
 from madelung.identify import Identification, identify, stroke_of
 from madelung.model import Model
 from madelung.predict import Prediction, predict
@@ -475,12 +475,7 @@ def load_costs(path: Path) -> tuple[Cost, ...]:
     InputError
         The file cannot be read, or holds something else.
     """
-    try:
-        told = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}") from error
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"{path}: is not a JSON file: {error}") from error
+    told = read_json(path)
     try:
         costs = tuple(
             Cost(

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from madelung.campaigns import Campaign, Commands, bias_V, commands, fast_V_per_s, highest_V_per_s
 from madelung.errors import InputError
-from madelung.files import write_atomically
+from madelung.files import read_json, write_atomically
 from madelung.records import Record, write_record
 from madelung.sim_effects import (
     OUTSIDE,
@@ -168,12 +168,7 @@ def load_stage(path: Path) -> Stage:
     InputError
         The file cannot be read, is not JSON, or has an unknown key or a bad value.
     """
-    try:
-        data = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}") from error
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"{path}: is not a JSON file: {error}") from error
+    data = read_json(path)
     known = {f.name for f in fields(Stage)}
     if not isinstance(data, dict) or not data.keys() <= known:
         raise InputError(

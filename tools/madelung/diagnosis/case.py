@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
@@ -12,13 +11,16 @@ from numpy.typing import NDArray
 
 from madelung.diagnosis.vocabulary import EFFECTS
 from madelung.errors import InputError
+from madelung.files import read_json
 from madelung.model import MARGIN_SHARE
-from madelung.records import Record, read_record
+from madelung.records import Record, read_record, warm_up_rows
 
 Array = NDArray[np.float64]
 Role = Literal["identify", "train", "holdout"]
 SUFFIXES = (".csv", ".mat", ".h5")
 ROWS_MIN = 100
+ENDS_SHARE = 0.002
+"""A running record has been at an end when this share of its swing is left."""
 GRID_GAP_MAX = 0.5
 """A record that misses more than this share of its rows is refused."""
 
@@ -153,12 +155,7 @@ def _head(path: Path) -> dict[str, Any]:
 
 
 def _json_object(path: Path) -> dict[str, Any]:
-    try:
-        data = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}") from error
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"{path}: is not a JSON file: {error}") from error
+    data = read_json(path)
     if not isinstance(data, dict):
         raise InputError(f"{path}: must hold a JSON object")
     return data
@@ -247,17 +244,10 @@ def _on_grid(path: Path, record: Record, role: Role, running: bool) -> Trace:
         return np.asarray(np.interp(grid, kept, values[sound]), np.float64)
 
     u = np.interp(grid, rows, record.u_V)
-    use = known & (grid >= _warm_up(u)) if running else known
+    warm_up = min(warm_up_rows(u, ENDS_SHARE), u.size // 2) if running else 0
+    use = known & (grid >= warm_up)
     meas = None if record.u_meas_V is None else bridge(record.u_meas_V)
     return Trace(path.stem, role, step, u, bridge(record.y), use, rows, record, running, meas)
-
-
-def _warm_up(u: Array) -> int:
-    """First sample after both ends of the record's own range have been visited."""
-    span = np.ptp(u)
-    low = int(np.argmax(u <= u.min() + 0.002 * span))
-    high = int(np.argmax(u >= u.max() - 0.002 * span))
-    return min(max(low, high), u.size // 2)
 
 
 def _faults(trace: Trace) -> list[dict[str, Any]]:
