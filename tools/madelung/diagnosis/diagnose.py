@@ -17,7 +17,7 @@ from madelung.diagnosis.holdout import Prediction, predict, shrink
 from madelung.diagnosis.known import excluded, known_forms, monitored
 from madelung.diagnosis.noise import Noise, estimate_noise
 from madelung.diagnosis.parameters import reported
-from madelung.diagnosis.verdict import Verdict, detectable, judge
+from madelung.diagnosis.verdict import Verdict, detectable, judge, train_excess
 from madelung.diagnosis.where import Region, locate, part
 from madelung.diagnosis.which import Engine, Progress, Search
 from madelung.model import Model
@@ -80,11 +80,11 @@ def diagnose(case: Case, options: Options, progress: Progress = lambda _: None) 
     if options.model is not None:
         degree = max(degree, len(options.model.f0) - 1)
     problem = Problem([case.identify, *case.train], noise, scales, degree)
-    baseline = _baseline(problem, case, options.model, start)
+    baseline = _baseline(problem, options.model, start)
     gap = _train_gap(problem, baseline)
     good = _good_enough(gap, options)
     engine, search = _search(problem, case, baseline, options, progress, good)
-    verdict = judge(engine, search, _gap_excess(problem, baseline))
+    verdict = judge(engine, search, train_excess(problem, baseline))
     if good:
         verdict = Verdict("no_gap", [], [], 1.0, 0.0, [])
     elif options.check:
@@ -106,7 +106,7 @@ def diagnose(case: Case, options: Options, progress: Progress = lambda _: None) 
         "gap": gap,
         "where": [r.to_json() for r in regions],
         "verdict": _verdict_json(verdict),
-        "ranking": [] if options.check else _ranking(engine, search, baseline, noise),
+        "ranking": [] if options.check else _ranking(engine, search, baseline),
         "shrink": shrink(held, noise, lines, options.seed)
         | {
             "regions": _region_shrink(regions, predictions, case),
@@ -159,7 +159,7 @@ def _best_degree(problem: Problem) -> tuple[int, Array]:
     return best, costs[best][1]
 
 
-def _baseline(problem: Problem, case: Case, model: Model | None, start: Array) -> Fit:
+def _baseline(problem: Problem, model: Model | None, start: Array) -> Fit:
     """The predictor that is diagnosed, as a hypothesis without effects on all records."""
     if model is None:
         return problem.at(start)
@@ -167,10 +167,7 @@ def _baseline(problem: Problem, case: Case, model: Model | None, start: Array) -
 
 
 def _train_gap(problem: Problem, baseline: Fit) -> dict[str, float]:
-    y = problem.simulate(baseline)
-    error = np.concatenate(
-        [(t.y_um - v)[t.use] for t, v in zip(problem.traces, y, strict=True) if t.role == "train"]
-    )
+    error = _train_error(problem, baseline)
     rms = float(np.sqrt(np.mean(error**2)))
     return {
         "rms_um": rms,
@@ -180,15 +177,18 @@ def _train_gap(problem: Problem, baseline: Fit) -> dict[str, float]:
     }
 
 
+def _train_error(problem: Problem, fit: Fit) -> Array:
+    """Measured less predicted on the used rows of the train records, um."""
+    y = problem.simulate(fit)
+    return np.concatenate(
+        [(t.y_um - v)[t.use] for t, v in zip(problem.traces, y, strict=True) if t.role == "train"]
+    )
+
+
 def _good_enough(gap: dict[str, float], options: Options) -> bool:
     """Whether the gap is below the tolerance that was asked for."""
     asked = options.tolerance_percent
     return asked is not None and gap["percent_of_stroke"] < asked
-
-
-def _gap_excess(problem: Problem, baseline: Fit) -> float:
-    excess = problem.excess(baseline.residual)
-    return float(sum(e for e, t in zip(excess, problem.traces, strict=True) if t.role == "train"))
 
 
 # -- search -------------------------------------------------------------------------------------
@@ -264,15 +264,16 @@ def _verdict_json(verdict: Verdict) -> dict[str, Any]:
     }
 
 
-def _ranking(engine: Engine, search: Search, baseline: Fit, noise: Noise) -> list[dict[str, Any]]:
+def _ranking(engine: Engine, search: Search, baseline: Fit) -> list[dict[str, Any]]:
     """Per effect the best hypothesis that contains it, and what it leaves on the train records."""
     entries = []
+    gap2 = float(np.mean(_train_error(engine.problem, baseline) ** 2))
     names = sorted({e for key in search.fits for e in key})
     for name in names:
         holding = [f for f in search.fits.values() if name in f.effects]
         fit = min(holding, key=engine.score)
         rest = search.fits.get(fit.effects - {name}, search.null)
-        rms, closed = _out_of_sample(engine, fit, baseline)
+        rms, closed = _out_of_sample(engine.problem, fit, gap2)
         entries.append(
             {
                 "effect": name,
@@ -290,25 +291,19 @@ def _ranking(engine: Engine, search: Search, baseline: Fit, noise: Noise) -> lis
     return entries
 
 
-def _out_of_sample(engine: Engine, fit: Fit, baseline: Fit) -> tuple[float, float | None]:
-    """Expected rms on rows like the train records' that were not fitted, and the share closed."""
-    problem = engine.problem
-    y = problem.simulate(fit)
-    before = problem.simulate(baseline)
-    use = [t.role == "train" for t in problem.traces]
-    a = np.concatenate(
-        [(t.y_um - v)[t.use] for t, v, k in zip(problem.traces, y, use, strict=True) if k]
-    )
-    b = np.concatenate(
-        [(t.y_um - v)[t.use] for t, v, k in zip(problem.traces, before, use, strict=True) if k]
-    )
+def _out_of_sample(problem: Problem, fit: Fit, gap2: float) -> tuple[float, float | None]:
+    """Expected rms on rows like the train records' that were not fitted, and the share closed.
+
+    ``gap2`` is the mean square of the baseline's gap.
+    """
+    error = _train_error(problem, fit)
     # Optimism of the fit: every parameter removes about one noise energy from the rows it is
     # fitted to, and misses by as much on rows that it is not (Akaike's final prediction error).
     p = len(fit.params) + fit.beta.size
-    rms2 = float(np.mean(a**2)) * (1 + 2 * p / max(a.size, 1))
+    rms2 = float(np.mean(error**2)) * (1 + 2 * p / max(error.size, 1))
     floor = problem.noise.rms_um**2
-    closable = float(np.mean(b**2)) - floor
-    closed = (float(np.mean(b**2)) - rms2) / closable if closable > 0.05 * floor else None
+    closable = gap2 - floor
+    closed = (gap2 - rms2) / closable if closable > 0.05 * floor else None
     return float(np.sqrt(rms2)), closed
 
 

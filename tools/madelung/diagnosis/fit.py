@@ -135,8 +135,11 @@ class Problem:
 
     def simulate(self, fit: Fit) -> list[Array]:
         """The displacement that a hypothesis predicts, by record, um."""
-        path = self.path(fit.forms, fit.values, fit.beta)
-        return self.measured(fit.forms, fit.values, self.displacement(fit.forms, fit.values, path))
+        return self._seen(fit.forms, fit.values, fit.beta)
+
+    def _seen(self, forms: Sequence[Form], values: dict[str, float], beta: Array) -> list[Array]:
+        path = self.path(forms, values, beta)
+        return self.measured(forms, values, self.displacement(forms, values, path))
 
     def whiten(self, values: Sequence[Array]) -> Array:
         """Whitened, with zeros where rows are left out, (N,)."""
@@ -193,23 +196,21 @@ class Problem:
             for k in range(beta.size):
                 moved = beta.copy()
                 moved[k] += step
-                columns.append(self._change(forms, values, moved, y) / step)
+                columns.append(self.change(forms, values, moved, y) / step)
             return columns
         zero = self.measured(forms, values, [np.zeros_like(t.u_V) for t in self.traces])
-        units = [np.eye(self.degree + 1)[0]] + [v for v in np.eye(self.degree + 1)[1:]]
         bare = path.but(damping_um=0.0, shape=None)
-        for unit in units:
+        for unit in np.eye(self.degree + 1):
             run = self.displacement(forms, values, bare.but(f0=self.f0(unit)))
             seen = self.measured(forms, values, run)
             columns.append(self.whiten([a - b for a, b in zip(seen, zero, strict=True)]))
         return columns
 
-    def _change(
+    def change(
         self, forms: Sequence[Form], values: dict[str, float], beta: Array, y: list[Array]
     ) -> Array:
         """Whitened change of the simulated displacement from y."""
-        path = self.path(forms, values, beta)
-        moved = self.measured(forms, values, self.displacement(forms, values, path))
+        moved = self._seen(forms, values, beta)
         return self.whiten([a - b for a, b in zip(moved, y, strict=True)])
 
     def columns_of(
@@ -229,7 +230,7 @@ class Problem:
                 seen = self.measured(forms, moved, displaced)
                 change = self.whiten([a - b for a, b in zip(seen, y, strict=True)])
             else:
-                change = self._change(forms, moved, beta, y)
+                change = self.change(forms, moved, beta, y)
             columns.append(change / step)
         return columns
 
@@ -259,9 +260,7 @@ class Problem:
         return replace(fit, jacobian=jacobian, covariance=covariance)
 
     def _evaluate(self, forms: tuple[Form, ...], values: dict[str, float], beta: Array) -> Fit:
-        path = self.path(forms, values, beta)
-        y = self.measured(forms, values, self.displacement(forms, values, path))
-        residual = self.residual(y)
+        residual = self.residual(self._seen(forms, values, beta))
         prior = _prior_rows(forms, values)[0]
         cost = float(residual @ residual + prior @ prior)
         return Fit(forms, values, beta, cost if np.isfinite(cost) else np.inf, residual)
@@ -295,47 +294,68 @@ class Problem:
             damping = max(damping * 10, 1e-7)
         return None, damping, covariance
 
-    def signature(self, base: Fit, form: Form, start: dict[str, float]) -> list[Array]:
-        """Whitened columns that a form would add to a fitted hypothesis, from one start."""
+
+class Probe:
+    """What further columns would explain of a fitted hypothesis.
+
+    What depends on the hypothesis alone is computed once, for all the columns that are tried.
+
+    Parameters
+    ----------
+    problem, base
+        The hypothesis; its jacobian is needed.
+    """
+
+    def __init__(self, problem: Problem, base: Fit) -> None:
+        self.problem = problem
+        self.base = base
+        path = problem.path(base.forms, base.values, base.beta)
+        self._displaced = problem.displacement(base.forms, base.values, path)
+        self._y = problem.measured(base.forms, base.values, self._displaced)
+        norm = np.sqrt(np.maximum(np.einsum("ij,ij->i", base.jacobian, base.jacobian), 1e-300))
+        self._unit = base.jacobian / norm[:, None]
+        self._inverse = np.linalg.pinv(self._unit @ self._unit.T, rcond=1e-12, hermitian=True)
+
+    def signature(self, form: Form, start: dict[str, float]) -> list[Array]:
+        """Whitened columns that a form would add, from one start."""
+        problem, base = self.problem, self.base
         forms = (*base.forms, form)
         values = base.values | start
-        path = self.path(base.forms, base.values, base.beta)
-        displaced = self.displacement(base.forms, base.values, path)
-        y = self.measured(base.forms, base.values, displaced)
         if form.linear:
-            return self.columns_of(form, forms, values, base.beta, displaced, y)
+            return problem.columns_of(form, forms, values, base.beta, self._displaced, self._y)
         if form.measure is not None:
-            seen = self.measured(forms, values, displaced)
-            return [self.whiten([a - b for a, b in zip(seen, y, strict=True)])]
-        return [self._change(forms, values, base.beta, y)]
+            seen = problem.measured(forms, values, self._displaced)
+            return [problem.whiten([a - b for a, b in zip(seen, self._y, strict=True)])]
+        return self.difference(forms, values)
 
-    def difference(self, base: Fit, forms: Sequence[Form], values: dict[str, float]) -> list[Array]:
-        """Whitened change, as one column, when other forms take the place of a fit's."""
-        return [self._change(forms, values, base.beta, self.simulate(base))]
+    def difference(self, forms: Sequence[Form], values: dict[str, float]) -> list[Array]:
+        """Whitened change, as one column, when these forms take the place of the fit's."""
+        return [self.problem.change(forms, values, self.base.beta, self._y)]
 
+    def gain(self, columns: list[Array]) -> float:
+        """How much the cost would fall along columns, what is fitted already refitted with them."""
+        return self._explained(columns, self.base.residual)
 
-def projected_gain(base: Fit, columns: list[Array]) -> float:
-    """How much the cost of a fitted hypothesis would fall along columns, f0 refitted with them."""
-    j = base.jacobian
-    c = np.array(columns)
-    size = np.sqrt(np.einsum("ij,ij->i", c, c))
-    if not np.all(np.isfinite(size)):
-        return 0.0
-    c = c[size > 1e-12] / size[size > 1e-12, None]
-    if c.size == 0:
-        return 0.0
-    norm = np.sqrt(np.maximum(np.einsum("ij,ij->i", j, j), 1e-300))
-    unit = j / norm[:, None]
-    gram = unit @ unit.T
-    inverse = np.linalg.pinv(gram, rcond=1e-12, hermitian=True)
-    cross = unit @ c.T
-    left = c @ c.T - cross.T @ inverse @ cross
-    score = c @ base.residual - cross.T @ inverse @ (unit @ base.residual)
-    keep = np.diag(left) > 1e-7
-    if not keep.any():
-        return 0.0
-    solved = np.linalg.lstsq(left[np.ix_(keep, keep)], score[keep], rcond=1e-10)[0]
-    return float(score[keep] @ solved)
+    def energy(self, column: Array) -> float:
+        """Squared length of a column behind the refit of what is fitted already."""
+        return self._explained([column], column)
+
+    def _explained(self, columns: list[Array], residual: Array) -> float:
+        c = np.array(columns)
+        size = np.sqrt(np.einsum("ij,ij->i", c, c))
+        if not np.all(np.isfinite(size)):
+            return 0.0
+        c = c[size > 1e-12] / size[size > 1e-12, None]
+        if c.size == 0:
+            return 0.0
+        cross = self._unit @ c.T
+        left = c @ c.T - cross.T @ self._inverse @ cross
+        score = c @ residual - cross.T @ self._inverse @ (self._unit @ residual)
+        keep = np.diag(left) > 1e-7
+        if not keep.any():
+            return 0.0
+        solved = np.linalg.lstsq(left[np.ix_(keep, keep)], score[keep], rcond=1e-10)[0]
+        return float(score[keep] @ solved)
 
 
 def _history(past: list[Form], trace: Trace, values: dict[str, float]) -> Array:
@@ -362,10 +382,6 @@ def _basis(degree: int, range_V: float) -> Array:
         rows[k - 1, : c.size] = c
         rows[k - 1, 0] = 0.0
     return rows
-
-
-def _coordinate(p: Param, value: float) -> float:
-    return float(np.log(value)) if p.log else value
 
 
 def _stepped(p: Param, values: dict[str, float]) -> tuple[float, dict[str, float]]:

@@ -50,7 +50,8 @@ def shrink(
         t = p.trace.t_s[use]
         before += np.array_split(_without_lines(b, t, lines_hz) ** 2, BLOCKS)
         after += np.array_split(_without_lines(a, t, lines_hz) ** 2, BLOCKS)
-    eb, ea, n = (np.array([f(v) for v in blocks]) for f, blocks in _sums(before, after))
+    eb, ea = (np.array([v.sum() for v in blocks]) for blocks in (before, after))
+    n = np.array([v.size for v in before])
     everything = float(n.sum())
     floor = noise.rms_um**2
     closed, ci = _closed(eb, ea, n, floor, seed)
@@ -61,10 +62,6 @@ def shrink(
         "closable_closed": closed,
         "closable_closed_ci95": ci,
     }
-
-
-def _sums(before: list[Array], after: list[Array]) -> list[tuple[Any, list[Array]]]:
-    return [(np.sum, before), (np.sum, after), (np.size, before)]
 
 
 def _closed(

@@ -26,7 +26,7 @@ from madelung.errors import InputError
 from madelung.export import default_scaling, write_params
 from madelung.files import write_atomically
 from madelung.model import Model
-from madelung.path import path_to_blocks
+from madelung.path import augmented_model
 from madelung.records import write_columns
 
 
@@ -101,13 +101,10 @@ def _augmented(found: Diagnosis, ends: tuple[float, float]) -> Model:
         if form.path is None
     }
     path = path.but(**beside.pop("gain_offset", {}))
-    blocks = path_to_blocks(path, {f.effect: f.name for f in best.forms})
-    if "initial_state" in beside:
-        start = beside.pop("initial_state")
-        blocks += (Block("initial_state", "unknown peak", start),)
     names = {f.effect: f.name for f in best.forms}
-    kept = tuple(Block(effect, names[effect], values) for effect, values in beside.items())
-    return Model("augmented", *ends, f0=path.f0, blocks=blocks, not_in_firmware=kept)
+    start = beside.pop("initial_state", {}).get("start_peak_V")
+    kept = [Block(effect, names[effect], values) for effect, values in beside.items()]
+    return augmented_model(path, ends[1], names, start, kept)
 
 
 def _columns(p: Prediction) -> dict[str, Any]:

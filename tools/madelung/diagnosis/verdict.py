@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from madelung.diagnosis.fit import Fit, projected_gain
+from madelung.diagnosis.fit import Fit, Probe, Problem
 from madelung.diagnosis.forms import Form
 from madelung.diagnosis.which import EXCESS_MIN, GAIN_MIN, Engine, Search
 
@@ -41,20 +41,20 @@ def judge(engine: Engine, search: Search, gap_excess: float) -> Verdict:
     Parameters
     ----------
     gap_excess
-        Whitened sum of squares of the baseline's gap on the train records, less their rows.
+        `train_excess` of the baseline.
     """
     problem = engine.problem
     best = search.best
-    left = train_excess(engine, best)
+    left = train_excess(problem, best)
     share = max(left, 0.0) / max(gap_excess, 1.0) if gap_excess > 0 else 0.0
     tolerance = EXCESS_MIN + 4 * np.sqrt(2 / max(problem.noise.samples, 1))
-    structured = left > tolerance * train_rows(engine)
+    allowed = tolerance * sum(int(t.use.sum()) for t in problem.traces if t.role == "train")
+    structured = left > allowed
     effects = sorted(best.effects)
     if structured and share > REMAINDER_MAX:
         return Verdict("unknown", [], effects, _confidence(share / REMAINDER_MAX), share, [])
     if not effects:
-        margin = tolerance * train_rows(engine) / max(left, 1.0)
-        return Verdict("no_gap", [], [], _confidence(margin), min(share, 1.0), [])
+        return Verdict("no_gap", [], [], _confidence(allowed / max(left, 1.0)), min(share, 1.0), [])
     rivals = _rivals(engine, search)
     if rivals:
         contested: list[str] = []
@@ -68,17 +68,10 @@ def judge(engine: Engine, search: Search, gap_excess: float) -> Verdict:
     return Verdict("identified", effects, [], _certainty(engine, search), share, [])
 
 
-def train_excess(engine: Engine, fit: Fit) -> float:
-    """Sum of squares over the noise, train records only."""
-    excess = engine.problem.excess(fit.residual)
-    return float(
-        sum(e for e, t in zip(excess, engine.problem.traces, strict=True) if t.role == "train")
-    )
-
-
-def train_rows(engine: Engine) -> int:
-    """Rows of the train records."""
-    return sum(int(t.use.sum()) for t in engine.problem.traces if t.role == "train")
+def train_excess(problem: Problem, fit: Fit) -> float:
+    """Whitened sum of squares less the rows, train records only."""
+    excess = problem.excess(fit.residual)
+    return float(sum(e for e, t in zip(excess, problem.traces, strict=True) if t.role == "train"))
 
 
 def _sets(fits: list[Fit]) -> list[frozenset[str]]:
@@ -125,28 +118,27 @@ def detectable(engine: Engine, null: Fit, forms: list[Form]) -> dict[str, float 
     Along the effect's signature the cost falls with the square of its size; where the size is not
     the parameter itself (a corner, a limit), the starts of the search are interpolated.
     """
-    null = engine.problem.fit(null.forms, null.values, null.beta, 1)
+    probe = Probe(engine.problem, engine.problem.fit(null.forms, null.values, null.beta, 1))
     out: dict[str, float | None] = {}
     for form in forms:
         if form.refines or form.effect in out:
             continue
-        out[form.effect] = _smallest(engine, null, form)
+        out[form.effect] = _smallest(probe, form)
     return out
 
 
-def _smallest(engine: Engine, null: Fit, form: Form) -> float | None:
-    problem = engine.problem
+def _smallest(probe: Probe, form: Form) -> float | None:
+    starts = form.starts(probe.problem.scales)
     key = form.params[0].key
     if form.linear:
-        column = problem.signature(null, form, form.null())[0]
-        strength = _energy(null, column)
+        strength = probe.energy(probe.signature(form, form.null())[0])
         return float(np.sqrt(GAIN_MIN / strength)) if strength > 1e-9 else None
     sizes, strengths = [], []
-    for start in form.starts(problem.scales):
-        if any(start[k] != v for k, v in form.starts(problem.scales)[0].items() if k != key):
+    for start in starts:
+        if any(start[k] != v for k, v in starts[0].items() if k != key):
             continue
         sizes.append(start[key])
-        strengths.append(_energy(null, problem.signature(null, form, start)[0]))
+        strengths.append(probe.energy(probe.signature(form, start)[0]))
     if not sizes or max(strengths) <= 1e-9:
         return None
     if len(sizes) == 1:  # an amplitude: the gain goes with its square
@@ -160,9 +152,3 @@ def _smallest(engine: Engine, null: Fit, form: Form) -> float | None:
         return float(np.exp(np.interp(np.log(GAIN_MIN), z, x)))
     slope = (x[1] - x[0]) / max(z[1] - z[0], 1e-9)  # beyond the weakest start
     return float(np.exp(x[0] + slope * (np.log(GAIN_MIN) - z[0])))
-
-
-def _energy(null: Fit, column: Array) -> float:
-    """Squared length of a whitened column behind f0's refit."""
-    probe = Fit(null.forms, null.values, null.beta, 0.0, column, null.jacobian)
-    return projected_gain(probe, [column])

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
-from madelung.diagnosis.fit import Fit, Problem, projected_gain
+from madelung.diagnosis.fit import Fit, Probe, Problem
 from madelung.diagnosis.forms import LINES_MAX, Form, line_form
 
 Array = NDArray[np.float64]
@@ -147,10 +147,10 @@ class Engine:
         """With a richer form in place of another, if it is proven; else as it was."""
         rest = tuple(f for f in fit.forms if f is not old)
         forms = tuple(form if f is old else f for f in fit.forms)
-        full = self.problem.fit(fit.forms, fit.values, fit.beta, 1)
+        probe = Probe(self.problem, self.problem.fit(fit.forms, fit.values, fit.beta, 1))
 
         def worth(values: dict[str, float]) -> float:
-            return projected_gain(full, self.problem.difference(full, (*rest, form), values))
+            return probe.gain(probe.difference((*rest, form), values))
 
         starts = [start | fit.values for start in form.starts(self.problem.scales)]
         start = starts[int(np.argmax(self._map(worth, starts)))]
@@ -185,7 +185,8 @@ class Engine:
             and f.effect not in parent.effects
             and parent.effects | {f.effect} not in seen
         ]
-        screened = self._map(lambda f: self._screen(parent, f), free)
+        probe = Probe(self.problem, parent)
+        screened = self._map(lambda f: self._screen(probe, f), free)
         top = max((found[0][0] for found in screened if found), default=0.0)
         limit = max(SCREEN_MIN, SCREEN_SHARE * top)
         worth = [
@@ -227,13 +228,10 @@ class Engine:
     def _slim(fit: Fit) -> Fit:
         return replace(fit, jacobian=np.empty((0, 0)))
 
-    def _screen(self, parent: Fit, form: Form) -> list[tuple[float, dict[str, float]]]:
+    def _screen(self, probe: Probe, form: Form) -> list[tuple[float, dict[str, float]]]:
         """The most promising starts of a form, the best first; more where there are many."""
         starts = form.starts(self.problem.scales)
-        found = [
-            (projected_gain(parent, self.problem.signature(parent, form, start)), i)
-            for i, start in enumerate(starts)
-        ]
+        found = [(probe.gain(probe.signature(form, start)), i) for i, start in enumerate(starts)]
         found.sort(key=lambda f: (-f[0], f[1]))
         keep = min(1 + len(starts) // STARTS_PER_TRY, TRIES_MAX)
         return [(gain, starts[i]) for gain, i in found[:keep] if gain > 0]
