@@ -95,6 +95,13 @@ def test_the_cause_is_named_with_its_size(found: Diagnosis, labels: Diagnosis) -
     assert found["gap"]["noise_floor_um"] == pytest.approx(STAGE.noise_um, rel=0.4)
 
 
+def test_parameters_are_those_of_the_accepted_hypothesis(found: Diagnosis) -> None:
+    effects = found["verdict"]["effects"]
+    first = found["ranking"][: len(effects)]
+    assert {entry["effect"] for entry in first} == set(effects)
+    assert all(entry["effects"] == effects for entry in first)
+
+
 def test_the_schema_of_the_contract(found: Diagnosis) -> None:
     import jsonschema
 

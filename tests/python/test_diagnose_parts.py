@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from madelung.diagnosis.case import Trace
+from madelung.diagnosis.diagnose import best_with
 from madelung.diagnosis.fit import Fit, Problem
 from madelung.diagnosis.forms import Form, Scales, forms, line_form
 from madelung.diagnosis.noise import Noise, estimate_noise
@@ -298,3 +299,13 @@ def test_remainder_above_a_twentieth_is_unknown() -> None:
     small = verdict(best, gap_excess=left / 0.01)
     assert small.status == "identified"
     assert small.remainder_share == pytest.approx(0.01, rel=0.2)
+
+
+def test_an_accepted_effect_has_the_parameters_of_the_accepted_hypothesis() -> None:
+    best, other = standing(form("delay"), 1.0), standing(form("backlash"), 3.0)
+    both = replace(standing(form("delay"), 0.9), forms=(form("delay"), form("resonance")))
+    engine = Engine(PLAIN, FORMS, 1, lambda _: None)
+    search = Search(other, best, {f.effects: f for f in (best, other, both)})
+    assert engine.score(both) < engine.score(best)
+    assert best_with("delay", engine, search) is best
+    assert best_with("resonance", engine, search) is both

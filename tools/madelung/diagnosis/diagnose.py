@@ -270,8 +270,7 @@ def _ranking(engine: Engine, search: Search, baseline: Fit) -> list[dict[str, An
     gap2 = float(np.mean(_train_error(engine.problem, baseline) ** 2))
     names = sorted({e for key in search.fits for e in key})
     for name in names:
-        holding = [f for f in search.fits.values() if name in f.effects]
-        fit = min(holding, key=engine.score)
+        fit = best_with(name, engine, search)
         rest = search.fits.get(fit.effects - {name}, search.null)
         rms, closed = _out_of_sample(engine.problem, fit, gap2)
         entries.append(
@@ -287,8 +286,19 @@ def _ranking(engine: Engine, search: Search, baseline: Fit) -> list[dict[str, An
                 "score": engine.score(fit),
             }
         )
-    entries.sort(key=lambda e: (e["score"], e["effect"] not in search.best.effects, e["effect"]))
+    entries.sort(key=lambda e: (e["effect"] not in search.best.effects, e["score"], e["effect"]))
     return entries
+
+
+def best_with(effect: str, engine: Engine, search: Search) -> Fit:
+    """The best hypothesis that contains an effect.
+
+    For an accepted effect it is the accepted one: larger ones fit better by chance, and their
+    parameters make up for each other.
+    """
+    if effect in search.best.effects:
+        return search.best
+    return min((f for f in search.fits.values() if effect in f.effects), key=engine.score)
 
 
 def _out_of_sample(problem: Problem, fit: Fit, gap2: float) -> tuple[float, float | None]:
