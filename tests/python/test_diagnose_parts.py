@@ -309,3 +309,15 @@ def test_an_accepted_effect_has_the_parameters_of_the_accepted_hypothesis() -> N
     assert engine.score(both) < engine.score(best)
     assert best_with("delay", engine, search) is best
     assert best_with("resonance", engine, search) is both
+
+
+def test_a_line_is_left_out_of_every_record_but_its_own() -> None:
+    y = np.zeros(100)
+    lines = line_form((50.0,), ("fast",), PLAIN.scales)
+    values = lines.starts(PLAIN.scales)[0] | {"cos0:fast": 1.0}
+    assert lines.measure is not None
+    for role, largest in (("train", 1.0), ("holdout", 0.0), ("identify", 0.0)):
+        seen = lines.measure(
+            y, trace("fast", np.arange(100.0), np.arange(100.0), 0.001, role), values
+        )
+        assert np.abs(seen).max() == largest

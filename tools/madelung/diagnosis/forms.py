@@ -411,12 +411,13 @@ def line_form(freq_hz: tuple[float, ...], traces: tuple[str, ...], s: Scales) ->
                 params.append(Param(f"{part}{i}:{name}", -s.stroke_um, s.stroke_um))
 
     def measure(y: Array, trace: Trace, v: Values) -> Array:
+        if trace.role != "train":  # the phase on another record cannot be known, even if it has
+            return y  # the name of one that was fitted
         total = y
         for i in range(len(freq_hz)):
-            if f"cos{i}:{trace.name}" in v:
-                phase = 2 * np.pi * v[f"freq{i}_hz"] * trace.t_s
-                total = total + v[f"cos{i}:{trace.name}"] * np.cos(phase)
-                total = total + v[f"sin{i}:{trace.name}"] * np.sin(phase)
+            phase = 2 * np.pi * v[f"freq{i}_hz"] * trace.t_s
+            total = total + v[f"cos{i}:{trace.name}"] * np.cos(phase)
+            total = total + v[f"sin{i}:{trace.name}"] * np.sin(phase)
         return total
 
     start = {p.key: 0.0 for p in params} | {f"freq{i}_hz": f for i, f in enumerate(freq_hz)}
@@ -425,6 +426,6 @@ def line_form(freq_hz: tuple[float, ...], traces: tuple[str, ...], s: Scales) ->
         f"{len(freq_hz)} line{'s' if len(freq_hz) > 1 else ''}",
         tuple(params),
         lambda _: [start],
-        measure=_later(measure),
+        measure=measure,
         linear=True,
     )
