@@ -1,4 +1,4 @@
-"""Commands to drive an actuator with: the papers' waveforms, multisines, steps, random codes.
+"""Commands to drive an actuator with: the papers' waveforms, multisines, steps, noise, random codes.
 
 A waveform is a function of time, not of samples: the simulated actuator evaluates it between the
 samples of a record too.
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,6 +21,8 @@ SAMPLES_MAX = 10_000_000
 VOLTS_MAX, SECONDS_MAX = 1e6, 1e10
 _POINTS_PER_CYCLE = 64
 """Of the highest line of a multisine; a cubic spline between them is off by 1e-6 of the range."""
+_LINES_MAX = 20_000
+"""Periods of the highest frequency of noise."""
 _DENSE_MAX = 1_000_000
 """Points at which a sum of sines is searched for its extremes."""
 
@@ -35,6 +38,10 @@ class Waveform(StrEnum):
     STAIRCASE = "staircase"
     STEPS = "steps"
     CODES = "codes"
+    ROUNDED = "rounded"
+    CHIRP = "chirp"
+    NOISE = "noise"
+    WALK = "walk"
 
 
 @dataclass(frozen=True)
@@ -49,7 +56,10 @@ class Command:
         (Fig. 12). ``sines``: equal sines of the frequencies ``lines_hz``. ``multisine``: all
         multiples of ``hz`` within ``band_hz``, equal in size, phases at random. ``staircase``:
         equal steps up and down. ``steps``: levels at random. ``codes``: a random level every
-        sample.
+        sample. ``rounded``: ``decaying`` with sines instead of straight lines. ``chirp``: a sine
+        whose frequency grows exponentially over ``band_hz``. ``noise``: Gaussian, low-passed (two
+        poles) at the end of ``band_hz``, periodic in ``seconds``. ``walk``: a staircase whose
+        steps are at random.
     seconds, rate_hz
         Length and sampling rate of the record.
     u_min_V, u_max_V
@@ -59,7 +69,7 @@ class Command:
     band_hz, lines_hz
         See waveform.
     dwell_s, rise_s
-        How long staircase and steps rest at a level, and how long they take to get there.
+        How long staircase, steps and walk rest at a level, and how long they take to get there.
     turns
         Peaks of ``decaying`` (the paper: 7), levels of ``staircase``.
     seed
@@ -112,12 +122,22 @@ class Command:
             self.lines_hz and all(0.0 < f <= self.rate_hz / 2 for f in self.lines_hz)
         ):
             raise InputError("lines_hz must be frequencies above 0, up to half the rate")
-        if self.waveform is Waveform.MULTISINE and not (
-            0.0 <= self.band_hz[0] < self.band_hz[1] <= self.rate_hz / 2 and self._harmonics().size
-        ):
+        self._check_band()
+
+    def _check_band(self) -> None:
+        low, high = self.band_hz
+        sound = 0.0 <= low < high <= self.rate_hz / 2
+        if self.waveform is Waveform.MULTISINE and not (sound and self._harmonics().size):
             raise InputError(
-                f"band_hz {self.band_hz[0]:g} to {self.band_hz[1]:g} must lie between 0 and half "
-                f"the rate and hold a multiple of hz ({self.hz:g})"
+                f"band_hz {low:g} to {high:g} must lie between 0 and half the rate and hold a "
+                f"multiple of hz ({self.hz:g})"
+            )
+        if self.waveform is Waveform.CHIRP and not (sound and low > 0.0):
+            raise InputError(f"band_hz {low:g} to {high:g} must lie above 0, up to half the rate")
+        if self.waveform is Waveform.NOISE and not (sound and self.seconds * high <= _LINES_MAX):
+            raise InputError(
+                f"band_hz up to {high:g} must lie within half the rate, and {self.seconds:g} s "
+                f"hold at most {_LINES_MAX} periods of it"
             )
 
     @property
@@ -142,6 +162,10 @@ class Command:
             Waveform.STAIRCASE: self._staircase,
             Waveform.STEPS: self._steps,
             Waveform.CODES: self._codes,
+            Waveform.ROUNDED: self._rounded,
+            Waveform.CHIRP: self._chirp,
+            Waveform.NOISE: self._noise,
+            Waveform.WALK: self._walk,
         }[self.waveform](t)
         return self.u_min_V + (self.u_max_V - self.u_min_V) * shape
 
@@ -154,11 +178,28 @@ class Command:
         return 0.5 - 0.5 * np.cos(2.0 * np.pi * self.hz * t)
 
     def _decaying(self, t: Floats) -> Floats:
+        level, moment = self._nested()
+        return np.asarray(np.interp(np.mod(t, moment[-1]), moment, level))
+
+    def _rounded(self, t: Floats) -> Floats:
+        level, moment = self._nested()
+        way = np.interp(np.mod(t, moment[-1]), moment, np.arange(level.size))
+        k = np.minimum(way.astype(np.int64), level.size - 2)
+        eased = 0.5 - 0.5 * np.cos(np.pi * (way - k))
+        return np.asarray(level[k] + (level[k + 1] - level[k]) * eased)
+
+    def _nested(self) -> tuple[Floats, Floats]:
+        """Levels between which nested swings go, and when they are reached, s."""
         swings = 1.0 - np.arange(1, 2 * self.turns) / (2.0 * self.turns)
         nested = np.cumsum(swings * np.where(np.arange(swings.size) % 2, -1.0, 1.0))
         level = np.concatenate(([0.0, 1.0, 0.0], nested, nested[-2::-1], [0.0]))
         moment = np.concatenate(([0.0], np.cumsum(np.abs(np.diff(level))))) / (2.0 * self.hz)
-        return np.asarray(np.interp(np.mod(t, moment[-1]), moment, level))
+        return level, moment
+
+    def _chirp(self, t: Floats) -> Floats:
+        low, high = self.band_hz
+        grown = np.log(high / low) / self.seconds
+        return np.asarray(0.5 - 0.5 * np.cos(2.0 * np.pi * low * np.expm1(grown * t) / grown))
 
     def _sines(self, t: Floats) -> Floats:
         phase = self._random().uniform(0.0, 2.0 * np.pi, len(self.lines_hz))
@@ -176,17 +217,15 @@ class Command:
         return np.arange(first, int(np.floor(self.band_hz[1] / self.hz + 1e-9)) + 1)
 
     def _multisine(self, t: Floats) -> Floats:
-        from scipy.fft import irfft, next_fast_len
-        from scipy.interpolate import CubicSpline
-
         lines = self._harmonics()
-        points = next_fast_len(_POINTS_PER_CYCLE * int(lines[-1]), real=True)
-        spectrum = np.zeros(points // 2 + 1, np.complex128)
-        spectrum[lines] = np.exp(1j * self._random().uniform(0.0, 2.0 * np.pi, lines.size))
-        period = irfft(spectrum, points)
-        closed = np.append(period, period[0])
-        spline = CubicSpline(np.arange(points + 1) / points, closed, bc_type="periodic")
-        return _scaled(spline(np.mod(self.hz * t, 1.0)), period)
+        phases = self._random().uniform(0.0, 2.0 * np.pi, lines.size)
+        return _periodic(self.hz * t, lines, np.exp(1j * phases))
+
+    def _noise(self, t: Floats) -> Floats:
+        lines = np.arange(1, max(2, int(4.0 * self.band_hz[1] * self.seconds)))
+        random = self._random().standard_normal((2, lines.size))
+        passed = 1.0 / (1.0 + (lines / (self.seconds * self.band_hz[1])) ** 2)
+        return _periodic(t / self.seconds, lines, passed * (random[0] + 1j * random[1]))
 
     def _staircase(self, t: Floats) -> Floats:
         step = np.arange(self._dwells(self.dwell_s))
@@ -196,6 +235,11 @@ class Command:
     def _steps(self, t: Floats) -> Floats:
         levels = self._random().uniform(size=self._dwells(self.dwell_s))
         return self._held(t, levels, self.dwell_s, self.rise_s)
+
+    def _walk(self, t: Floats) -> Floats:
+        paces = self._random().normal(0.0, 0.15, self._dwells(self.dwell_s))
+        folded = np.mod(np.cumsum(paces) + 0.5, 2.0)  # a walk between two walls
+        return self._held(t, 1.0 - np.abs(1.0 - folded), self.dwell_s, self.rise_s)
 
     def _codes(self, t: Floats) -> Floats:
         sample_s = 1.0 / self.rate_hz
@@ -213,6 +257,48 @@ class Command:
 
     def _random(self) -> np.random.Generator:
         return np.random.default_rng([self.seed, 1])
+
+
+def planned(experiment: object) -> Command:
+    """The command of a diagnosis's ``next_experiment``.
+
+    f_low_hz and f_high_hz are the band of a multisine; f_low_hz is the frequency of whatever
+    repeats, and levels rest for a period of f_high_hz.
+
+    Raises
+    ------
+    InputError
+        A key is missing or its value is out of range.
+    """
+    try:
+        told: dict[str, Any] = dict(experiment)  # type: ignore[call-overload]
+        low, high = float(told["f_low_hz"]), float(told["f_high_hz"])
+        return Command(
+            waveform=Waveform(told["waveform"]),
+            seconds=float(told["seconds"]),
+            rate_hz=float(told["rate_hz"]),
+            u_min_V=float(told["u_min_V"]),
+            u_max_V=float(told["u_max_V"]),
+            hz=low,
+            band_hz=(low, high),
+            dwell_s=1.0 / high,
+        )
+    except (ValueError, KeyError, TypeError, ZeroDivisionError) as error:
+        raise InputError("names no next experiment") from error
+
+
+def _periodic(cycles: Floats, lines: NDArray[np.int64], spectrum: NDArray[np.complex128]) -> Floats:
+    """A sum of harmonics as a share of its range; cycles of the fundamental, shape (n,)."""
+    from scipy.fft import irfft, next_fast_len
+    from scipy.interpolate import CubicSpline
+
+    points = next_fast_len(_POINTS_PER_CYCLE * int(lines[-1]), real=True)
+    whole = np.zeros(points // 2 + 1, np.complex128)
+    whole[lines] = spectrum
+    period = irfft(whole, points)
+    closed = np.append(period, period[0])
+    spline = CubicSpline(np.arange(points + 1) / points, closed, bc_type="periodic")
+    return _scaled(spline(np.mod(cycles, 1.0)), period)
 
 
 def _scaled(values: Floats, whole: Floats) -> Floats:

@@ -12,8 +12,8 @@ import typer
 
 from madelung.campaigns import Campaign
 from madelung.errors import InputError
-from madelung.files import write_atomically
-from madelung.waveforms import Command, Waveform
+from madelung.files import read_json, write_atomically
+from madelung.waveforms import Command, Waveform, planned
 
 if TYPE_CHECKING:
     from madelung.sim_effects import Parameters
@@ -36,7 +36,8 @@ def simulate(
             help="triangle, sine: up and back, again and again. decaying: nested triangles of "
             "falling, then growing peaks. sines: a sum (--lines). multisine: every multiple of "
             "--hz in --band, random phases. staircase: equal steps. steps: random levels. "
-            "codes: a random level every sample.",
+            "codes: a random level every sample. rounded: decaying sines. chirp: a sine that runs "
+            "through --band. noise: low-passed at the end of --band. walk: random steps.",
             rich_help_panel=_COMMAND,
         ),
     ] = Waveform.TRIANGLE,
@@ -352,32 +353,11 @@ def _write_command(diagnosis: Path, output: Path) -> None:
     """Write the command of a diagnosis's next experiment: t_s,u_V."""
     from madelung.records import Record, write_record
 
-    command = _next_command(diagnosis)
+    told = read_json(diagnosis)
+    try:
+        command = planned(told.get("next_experiment") if isinstance(told, dict) else None)
+    except InputError as error:
+        raise InputError(f"{diagnosis}: {error}") from error
     t = command.time_s
     write_record(output, Record(str(output), t.round(6), command.at(t).round(6)))
     typer.echo(f"{output}: {t.size} rows")
-
-
-def _next_command(diagnosis: Path) -> Command:
-    """The command of ``next_experiment``.
-
-    f_low_hz and f_high_hz are the band of a multisine; f_low_hz is the frequency of whatever
-    repeats, and levels rest for a period of f_high_hz.
-    """
-    try:
-        told = json.loads(diagnosis.read_text(encoding="utf-8"))["next_experiment"]
-        low, high = float(told["f_low_hz"]), float(told["f_high_hz"])
-        return Command(
-            waveform=Waveform(told["waveform"]),
-            seconds=float(told["seconds"]),
-            rate_hz=float(told["rate_hz"]),
-            u_min_V=float(told["u_min_V"]),
-            u_max_V=float(told["u_max_V"]),
-            hz=low,
-            band_hz=(low, high),
-            dwell_s=1.0 / high,
-        )
-    except OSError as error:
-        raise InputError(f"{diagnosis}: cannot be read: {error.strerror}") from error
-    except (ValueError, KeyError, TypeError, ZeroDivisionError, RecursionError) as error:
-        raise InputError(f"{diagnosis}: names no next experiment") from error
