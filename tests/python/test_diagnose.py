@@ -197,6 +197,16 @@ def test_coloured_noise_is_no_cause(tmp_path: Path) -> None:
     assert found["gap"]["noise_floor_um"] == pytest.approx(0.02, rel=0.25)
 
 
+@pytest.mark.parametrize(("ar", "seed"), [(0.95, 2), (0.98, 5)])
+def test_a_short_slow_loop_in_coloured_noise_makes_no_cause(
+    ar: float, seed: int, tmp_path: Path
+) -> None:
+    """The loop's few cycles show less of f0's bend than the train records do."""
+    written(tmp_path / "case", noise_um=0.02, noise_ar=ar, seed=seed)
+    found = content(tmp_path / "case")
+    assert found["verdict"]["status"] == "no_gap", found["ranking"]
+
+
 def test_what_the_vocabulary_lacks_is_unknown(tmp_path: Path) -> None:
     written(tmp_path / "case", "impulses", every=few("train/decaying", "holdout/steps"))
     found = content(tmp_path / "case")

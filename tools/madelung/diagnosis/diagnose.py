@@ -27,6 +27,8 @@ Array = NDArray[np.float64]
 SCHEMA = "madelung.diagnosis/1"
 DEGREE_MAX = 7
 DEGREE_MIN = 3
+DEGREE_MORE = 2
+"""Train records may show so much more of f0's bend than the slow loop did."""
 SEARCH_ROWS = 45_000
 """The search runs on the heads of longer records; its result is fitted to all rows."""
 
@@ -79,6 +81,7 @@ def diagnose(case: Case, options: Options, progress: Progress = lambda _: None) 
     degree, start = _best_degree(alone)
     if options.model is not None:
         degree = max(degree, len(options.model.f0) - 1)
+    degree = min(degree + DEGREE_MORE, DEGREE_MAX)
     problem = Problem([case.identify, *case.train], noise, scales, degree)
     baseline = _baseline(problem, options.model, start)
     gap = _train_gap(problem, baseline)
