@@ -243,20 +243,28 @@ class Problem:
         beta: Array,
         iterations: int = ITERATIONS,
     ) -> Fit:
-        """Levenberg-Marquardt from a start, within the parameters' bounds."""
+        """Levenberg-Marquardt from a start, within the parameters' bounds.
+
+        The columns are computed at the start, carried along by Broyden's secant update, and
+        computed again where a step fails or before the search ends.
+        """
         forms = tuple(forms)
         fit = self._evaluate(forms, _clipped(forms, values), beta)
         damping = 1e-4
         jacobian, covariance = fit.jacobian, fit.covariance
+        fresh, secant = False, True
         for _ in range(iterations):
-            jacobian = self._jacobian(fit)
-            better, damping, covariance = self._step(fit, jacobian, damping)
-            if better is None:
+            if not fresh and (jacobian.size == 0 or not secant):
+                jacobian, fresh = self._jacobian(fit), True
+            better, damping, covariance = self._step(fit, jacobian, damping, 8 if fresh else 2)
+            done = better is None or fit.cost - better.cost < COST_TOLERANCE
+            if better is not None:
+                if not done:
+                    jacobian = _secant(jacobian, fit, better)
+                fit = better
+            if done and fresh:
                 break
-            gain = fit.cost - better.cost
-            fit = better
-            if gain < COST_TOLERANCE:
-                break
+            secant, fresh = not done, False
         return replace(fit, jacobian=jacobian, covariance=covariance)
 
     def _evaluate(self, forms: tuple[Form, ...], values: dict[str, float], beta: Array) -> Fit:
@@ -274,7 +282,9 @@ class Problem:
             columns += self.columns_of(form, fit.forms, fit.values, fit.beta, displaced, y)
         return np.array(columns)
 
-    def _step(self, fit: Fit, jacobian: Array, damping: float) -> tuple[Fit | None, float, Array]:
+    def _step(
+        self, fit: Fit, jacobian: Array, damping: float, tries: int
+    ) -> tuple[Fit | None, float, Array]:
         prior, slopes = _prior_rows(fit.forms, fit.values)
         k = fit.beta.size
         normal = jacobian @ jacobian.T
@@ -284,7 +294,7 @@ class Problem:
         size = np.sqrt(np.maximum(np.diag(normal), 1e-30))
         scaled = normal / np.outer(size, size)
         covariance = np.linalg.pinv(scaled, rcond=1e-13, hermitian=True) / np.outer(size, size)
-        for _ in range(8):
+        for _ in range(tries):
             lifted = scaled + damping * np.eye(size.size)
             move = np.linalg.solve(lifted, gradient / size) / size
             values = _moved(fit.forms, fit.values, move[k:])
@@ -404,6 +414,25 @@ def _moved(forms: Sequence[Form], values: dict[str, float], move: Array) -> dict
         else:
             v = values[p.key] + float(m)
         out[p.key] = float(min(max(v, p.low), p.high))
+    return out
+
+
+def _secant(jacobian: Array, old: Fit, new: Fit) -> Array:
+    """Broyden's update: the columns (p, N), corrected along the step that was made."""
+    moves = [
+        float(np.log(new.values[p.key] / old.values[p.key]))
+        if p.log
+        else new.values[p.key] - old.values[p.key]
+        for p in new.params
+    ]
+    move = np.concatenate([new.beta - old.beta, moves])
+    size2 = np.einsum("ij,ij->i", jacobian, jacobian)  # steps count by what they change
+    weighted = move * size2
+    length = float(move @ weighted)
+    if length <= 0:
+        return jacobian
+    missed = old.residual - new.residual - move @ jacobian
+    out: Array = jacobian + np.outer(weighted / length, missed)
     return out
 
 
