@@ -25,6 +25,12 @@ mdl_status mdl_chain_init(mdl_chain *chain, const mdl_chain_params *params, mdl_
         params->delay.whole > MDL_DELAY_MAX - 4) {
         return MDL_ERR_CAPACITY;
     }
+    if ((params->blocks & MDL_BLOCK_YANG) != 0) {
+        status = params->yang != 0 ? mdl_yang_check(params->yang) : MDL_ERR_PARAMETER;
+        if (status != MDL_OK) {
+            return status;
+        }
+    }
     status = mdl_traj_init(&chain->traj, &params->major, left, right, params->margin_volts);
     if (status == MDL_OK) {
         chain->params = params;
@@ -69,7 +75,8 @@ static mdl_status start(mdl_chain *chain, mdl_real u)
     mdl_status status;
     mdl_real v = saturated(chain, u);
     mdl_real y = MDL_C(0.0);
-    status = mdl_traj_step(&chain->traj, v - p->u_min_volts, &y);
+    status = acts(chain, MDL_BLOCK_YANG) ? mdl_yang_start(&chain->at.yang, p->yang, v, &y)
+                                         : mdl_traj_step(&chain->traj, v - p->u_min_volts, &y);
     chain->at.u_volts = u;
     chain->at.slewed_volts = v;
     chain->at.drive_volts = v;
@@ -106,7 +113,7 @@ static mdl_real drive(mdl_chain *chain, mdl_real u)
     return acts(chain, MDL_BLOCK_LAG) ? v + mdl_lag_step(&chain->at.lag, &p->lag, v - before) : v;
 }
 
-/* Hysteresis box: trajectory and rate dependence. */
+/* Hysteresis box: trajectory and rate dependence, or the model of Yang et al. */
 static mdl_status hysteresis(mdl_chain *chain, mdl_real v, mdl_real *y)
 {
     const mdl_chain_params *p = chain->params;
@@ -114,6 +121,10 @@ static mdl_status hysteresis(mdl_chain *chain, mdl_real v, mdl_real *y)
     mdl_real s = MDL_C(0.0);
     mdl_real held = MDL_C(0.0);
     mdl_status status;
+    if (acts(chain, MDL_BLOCK_YANG)) {
+        chain->at.drive_volts = v;
+        return mdl_yang_step(&chain->at.yang, p->yang, v, y);
+    }
     if (acts(chain, MDL_BLOCK_RATE)) {
         mdl_real width;
         s = mdl_rate_power(&chain->at.velocity, &p->rate, v - chain->at.drive_volts);

@@ -6,6 +6,8 @@
  * u -> saturation -> slew limit -> amplifier lag -> trajectory (+ asymmetry, non-Masing, rate
  * dependence) -> creep -> flexure modes -> backlash -> delay -> gain, offset -> y
  *
+ * In the trajectory's place the model of Yang et al. may stand, which has its own rate dependence.
+ *
  * The baseline predictor is the trajectory alone. Every other block is switched on by its bit. The
  * delay belongs to the input box; as it commutes with every box behind it, it acts on the
  * displacement, where interpolation does not blur turning points. A start from an unknown history
@@ -19,6 +21,7 @@
 #include "mdl_mode.h"
 #include "mdl_rate.h"
 #include "mdl_traj.h"
+#include "mdl_yang.h"
 
 /** Bits of mdl_chain_params.blocks. */
 #define MDL_BLOCK_SATURATION 1u
@@ -30,6 +33,7 @@
 #define MDL_BLOCK_BACKLASH 64u
 #define MDL_BLOCK_DELAY 128u
 #define MDL_BLOCK_GAIN 256u
+#define MDL_BLOCK_YANG 512u /**< in the trajectory's and the rate dependence's place */
 
 /** One mode of the creep ladder: gain * 1 / (1 + tau s). */
 typedef struct {
@@ -56,6 +60,7 @@ typedef struct {
     mdl_delay_params delay; /**< in substeps */
     mdl_real gain;
     mdl_real offset_um;
+    const mdl_yang_params *yang; /**< for substeps; or NULL without its bit */
 } mdl_chain_params;
 
 /** State of the blocks between the command and the delay; reals only, saved as they are. */
@@ -66,6 +71,7 @@ typedef struct {
     mdl_lag lag;
     mdl_lag velocity;
     mdl_real gripped_volts; /**< behind the play of the rate block, less u_min */
+    mdl_yang yang;
     mdl_real hysteresis_um;
     mdl_lag creep[MDL_CREEP_MODES_MAX];
     mdl_real crept_um;

@@ -31,6 +31,17 @@
 #define MDL_MODES_MAX 2
 #endif
 
+/** Most play operators of the Prandtl-Ishlinskii model. Limit: 1 to 255. Memory: 12 bytes each. */
+#ifndef MDL_PLAYS_MAX
+#define MDL_PLAYS_MAX 32
+#endif
+
+/** Most harmonics of an excitation of the model of Yang et al. Limit: 1 to 255. Memory: 4 bytes
+ * each. */
+#ifndef MDL_HARMONICS_MAX
+#define MDL_HARMONICS_MAX 9
+#endif
+
 /** Longest delay. Unit: samples. Limit: 4 to 32767. Memory: 4 bytes each. */
 #ifndef MDL_DELAY_MAX
 #define MDL_DELAY_MAX 64
@@ -58,6 +69,8 @@ MDL_STATIC_ASSERT(MDL_BREAKPOINTS_MAX >= 2 && MDL_BREAKPOINTS_MAX <= 255, breakp
 
 MDL_STATIC_ASSERT(MDL_CREEP_MODES_MAX >= 1 && MDL_CREEP_MODES_MAX <= 32, creep_modes_in_range);
 MDL_STATIC_ASSERT(MDL_MODES_MAX >= 1 && MDL_MODES_MAX <= 4, modes_in_range);
+MDL_STATIC_ASSERT(MDL_PLAYS_MAX >= 1 && MDL_PLAYS_MAX <= 255, plays_in_range);
+MDL_STATIC_ASSERT(MDL_HARMONICS_MAX >= 1 && MDL_HARMONICS_MAX <= 255, harmonics_in_range);
 MDL_STATIC_ASSERT(MDL_DELAY_MAX >= 4 && MDL_DELAY_MAX <= 32767, delay_in_range);
 
 #endif

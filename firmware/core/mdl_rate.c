@@ -11,11 +11,16 @@ static mdl_real middle(const mdl_major *major, mdl_real x)
                                              mdl_major_swing(major, x, range));
 }
 
+mdl_real mdl_rate_signed_power(mdl_real v, mdl_real power)
+{
+    mdl_real size = mdl_power(v < MDL_C(0.0) ? -v : v, power);
+    return v < MDL_C(0.0) ? -size : size;
+}
+
 mdl_real mdl_rate_power(mdl_lag *state, const mdl_rate_params *params, mdl_real rise_volts)
 {
     mdl_real v = mdl_lag_step(state, &params->filter, rise_volts) * params->v_scale;
-    mdl_real size = mdl_power(v < MDL_C(0.0) ? -v : v, params->power);
-    return v < MDL_C(0.0) ? -size : size;
+    return mdl_rate_signed_power(v, params->power);
 }
 
 mdl_real mdl_rate_added(const mdl_rate_params *params, const mdl_major *major, mdl_real s,

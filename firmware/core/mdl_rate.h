@@ -25,6 +25,9 @@ typedef struct {
     mdl_real threshold_volts; /**< c of the threshold, volts, >= 0 */
 } mdl_rate_params;
 
+/** |v|^p sgn(v), Yang et al. 2015, eq. (6) with c = 1; v and 0 < p <= 4 as mdl_power takes them. */
+mdl_real mdl_rate_signed_power(mdl_real v, mdl_real power);
+
 /** s = |v|^p sgn(v) after a change of the input by rise_volts in this sample. */
 mdl_real mdl_rate_power(mdl_lag *state, const mdl_rate_params *params, mdl_real rise_volts);
 

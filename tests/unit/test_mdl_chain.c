@@ -9,15 +9,18 @@
 
 #include "mdl_backlash.h"
 #include "mdl_chain.h"
+#include "mdl_cycle.h"
 #include "mdl_delay.h"
 #include "mdl_drive.h"
 #include "mdl_lag.h"
 #include "mdl_major.h"
 #include "mdl_mode.h"
+#include "mdl_pi.h"
 #include "mdl_power.h"
 #include "mdl_rate.h"
 #include "mdl_shape.h"
 #include "mdl_traj.h"
+#include "mdl_yang.h"
 
 #include <string.h>
 
@@ -472,4 +475,85 @@ void test_resume_refuses_wrong_lengths(void)
         ASSERT_STATUS(MDL_ERR_STATE, mdl_chain_resume(&chain, saved, k));
     }
     ASSERT_STATUS(MDL_ERR_STATE, mdl_chain_resume(&chain, saved, length + 1u));
+}
+
+/* Operators of a play model, with a frequency that is found on line. */
+static mdl_yang_params yang_params;
+
+static void use_yang(uint16_t more)
+{
+    use_line((uint16_t)(MDL_BLOCK_YANG | more));
+    memset(&yang_params, 0, sizeof yang_params);
+    yang_params.pi.count = 1;
+    yang_params.pi.threshold_volts[0] = MDL_C(1.5);
+    yang_params.pi.weight[0] = MDL_C(0.5);
+    yang_params.pi.linear = MDL_C(1.0);
+    yang_params.low_volts = MDL_C(-2.0);
+    yang_params.high_volts = MDL_C(6.0);
+    yang_params.k[0] = MDL_C(0.75);
+    yang_params.c_um[1] = MDL_C(-0.125);
+    yang_params.m[0] = MDL_C(0.75);
+    yang_params.hz_max = MDL_C(64.0);
+    yang_params.harmonics = 1;
+    yang_params.lambda[0] = MDL_C(1.0);
+    yang_params.turn_volts = MDL_C(0.25);
+    yang_params.rate_hz = MDL_C(64.0);
+    yang_params.filter.decay = MDL_C(0.5);
+    yang_params.filter.ramp = MDL_C(0.75);
+    yang_params.v_scale = MDL_C(-64.0);
+    params.yang = &yang_params;
+}
+
+void test_the_model_of_yang_stands_in_the_trajectorys_place(void)
+{
+    mdl_yang yang;
+    mdl_real y;
+    uint16_t i;
+    use_yang(0);
+    start();
+    ASSERT_STATUS(MDL_OK, mdl_yang_start(&yang, &yang_params, wave(0), &y));
+    STEP(wave(0), y, MDL_OK);
+    for (i = 1; i < 60u; i++) {
+        ASSERT_STATUS(MDL_OK, mdl_yang_step(&yang, &yang_params, wave(i), &y));
+        STEP(wave(i), y, MDL_OK);
+    }
+    TEST_ASSERT_TRUE(yang.cycle.period > MDL_C(0.0));
+}
+
+void test_blocks_act_around_the_model_of_yang(void)
+{
+    use_yang(MDL_BLOCK_SATURATION | MDL_BLOCK_GAIN);
+    params.saturation.low_volts = MDL_C(-2.0);
+    params.saturation.high_volts = MDL_C(4.0);
+    params.gain = MDL_C(2.0);
+    start();
+    /* 4 + 2.5 / 2, about f0(0) = 1 */
+    STEP(6.0, 2.0 * (5.25 - 1.0) + 1.0, MDL_OK);
+}
+
+void test_the_state_of_the_model_of_yang_is_saved(void)
+{
+    mdl_real whole, half;
+    use_yang(MDL_BLOCK_CREEP);
+    start();
+    whole = run(0, 100);
+    start();
+    (void)run(0, 47);
+    ASSERT_STATUS(MDL_OK, mdl_chain_save(&chain, saved, SAVED_MAX));
+    start();
+    (void)run(3, 20);
+    ASSERT_STATUS(MDL_OK, mdl_chain_resume(&chain, saved, mdl_chain_saved_length(&chain)));
+    half = run(47, 100);
+    ASSERT_REAL(whole, half);
+}
+
+void test_bad_parameters_of_the_model_of_yang_are_refused(void)
+{
+    use_yang(0);
+    yang_params.m[0] = MDL_C(0.0);
+    ASSERT_STATUS(MDL_ERR_PARAMETER, mdl_chain_init(&chain, &params, &left, &right));
+    params.yang = 0;
+    ASSERT_STATUS(MDL_ERR_PARAMETER, mdl_chain_init(&chain, &params, &left, &right));
+    params.blocks = 0;
+    ASSERT_STATUS(MDL_OK, mdl_chain_init(&chain, &params, &left, &right));
 }

@@ -6,16 +6,19 @@
 #include "mdl_app.h"
 #include "mdl_backlash.h"
 #include "mdl_chain.h"
+#include "mdl_cycle.h"
 #include "mdl_delay.h"
 #include "mdl_drive.h"
 #include "mdl_lag.h"
 #include "mdl_major.h"
 #include "mdl_mode.h"
 #include "mdl_params.h"
+#include "mdl_pi.h"
 #include "mdl_power.h"
 #include "mdl_rate.h"
 #include "mdl_shape.h"
 #include "mdl_traj.h"
+#include "mdl_yang.h"
 
 #include <stdlib.h>
 #include <string.h>
