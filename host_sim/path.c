@@ -2,12 +2,12 @@
 
 #include <math.h>
 
-void path_slew(double *volts, size_t n, double step_volts)
+void path_slew(double *volts, size_t n, double rise_volts, double fall_volts)
 {
     size_t k;
     for (k = 1; k < n; k++) {
         double wish = volts[k] - volts[k - 1];
-        volts[k] = volts[k - 1] + fmin(fmax(wish, -step_volts), step_volts);
+        volts[k] = volts[k - 1] + fmin(fmax(wish, -fall_volts), rise_volts);
     }
 }
 
@@ -30,6 +30,20 @@ void path_lag(double *signal, size_t n, double rate)
         double after = signal[k];
         x = lag_step(x, rate, before, after);
         signal[k] = x;
+        before = after;
+    }
+}
+
+void path_charge(double *volts, size_t n, double rate, double droop, double low_volts,
+                 double range_volts)
+{
+    double x = volts[0], before = volts[0];
+    size_t k;
+    for (k = 1; k < n; k++) {
+        double after = volts[k];
+        double load = 1.0 + droop * ((x - low_volts) / range_volts - 0.5);
+        x = lag_step(x, rate / load, before, after);
+        volts[k] = x;
         before = after;
     }
 }

@@ -14,11 +14,19 @@
 
 #include <stddef.h>
 
-/** Changes by at most step_volts a sample. */
-void path_slew(double *volts, size_t n, double step_volts);
+/** Changes by at most rise_volts upwards and fall_volts downwards a sample. */
+void path_slew(double *volts, size_t n, double rise_volts, double fall_volts);
 
 /** One pole, x' = rate (u - x), by Runge-Kutta; rate in 1 / sample, below 2. */
 void path_lag(double *signal, size_t n, double rate);
+
+/**
+ * A resistance into a capacitance that grows with the voltage: the pole of path_lag, whose rate
+ * is divided by 1 + droop ((x - low_volts) / range_volts - 1/2).
+ * @param droop  capacitance at the upper end over that at the lower, less 1, about; 0 to 1
+ */
+void path_charge(double *volts, size_t n, double rate, double droop, double low_volts,
+                 double range_volts);
 
 /**
  * What one creeping element adds: moved += gain x, x' = (h - x) / tau, driven by h.

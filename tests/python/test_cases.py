@@ -53,11 +53,13 @@ def test_delay_shifts() -> None:
     assert np.all(late[:8] == late[0])
 
 
-@pytest.mark.parametrize("knee", [0.0, 3.0])
-def test_saturation_clips_at_both_ends(knee: float) -> None:
-    y = response(LINEAR, LOOP, Effects(high_V=36.0, low_V=2.0, knee_V=knee)) * 40.0 / 30.0
-    assert y.max() == pytest.approx(36.0, abs=0.1 if knee == 0.0 else 0.8)
-    assert y.min() == pytest.approx(2.0, abs=0.1 if knee == 0.0 else 0.8)
+@pytest.mark.parametrize(("knee", "law"), [(0.0, 0), (3.0, 0), (3.0, 1), (3.0, 2)])
+def test_saturation_clips_at_both_ends(knee: float, law: int) -> None:
+    effects = Effects(high_V=36.0, low_V=2.0, knee_V=knee, knee_law=law)
+    y = response(LINEAR, LOOP, effects) * 40.0 / 30.0
+    assert y.max() == pytest.approx(36.0, abs=0.1 if knee == 0.0 else 1.0)
+    assert y.min() == pytest.approx(2.0, abs=0.1 if knee == 0.0 else 1.0)
+    assert y.max() <= 36.0 + 1e-6 and y.min() >= 2.0 - 1e-6
     middle = np.abs(LOOP.at(LOOP.time_s) - 20.0) < 10.0
     np.testing.assert_allclose(y[middle], LOOP.at(LOOP.time_s)[middle], atol=1e-6)
 
@@ -67,6 +69,8 @@ def test_slew_limit_bounds_the_rate() -> None:
     rate = np.abs(np.diff(y)) * SINE.rate_hz
     assert rate.max() == pytest.approx(3000.0, rel=0.01)
     assert np.abs(np.diff(SINE.at(SINE.time_s))).max() * SINE.rate_hz > 6000.0
+    slower = response(LINEAR, SINE, Effects(slew_V_per_s=3000.0, slew_fall=0.8)) * 40.0 / 30.0
+    assert np.diff(slower).min() * SINE.rate_hz == pytest.approx(-2400.0, rel=0.01)
 
 
 def test_lag_is_a_pole_at_its_corner() -> None:
@@ -74,6 +78,17 @@ def test_lag_is_a_pole_at_its_corner() -> None:
         response(LINEAR, SINE), SINE, 50.0
     )
     assert ratio == pytest.approx(1.0 / (1.0 + 1.0j), abs=5e-3)
+
+
+def test_lag_into_a_capacitance_is_slower_at_high_voltage() -> None:
+    low, high = (replace(SINE, u_min_V=a, u_max_V=a + 2.0) for a in (0.0, 38.0))
+    droop = Effects(corner_hz=50.0, droop=0.4)
+    at_low, at_high = (
+        np.angle(line(response(LINEAR, c, droop), c, 50.0) / line(response(LINEAR, c), c, 50.0))
+        for c in (low, high)
+    )
+    assert at_low == pytest.approx(-np.arctan(0.8), abs=0.02)
+    assert at_high == pytest.approx(-np.arctan(1.2), abs=0.02)
 
 
 def test_mode_swings_at_its_frequency_and_passes_slow_motion() -> None:
@@ -87,9 +102,10 @@ def test_mode_swings_at_its_frequency_and_passes_slow_motion() -> None:
     np.testing.assert_allclose(settled, 15.0, atol=1e-3)
 
 
-@pytest.mark.parametrize("tilt", [0.0, 0.1])
-def test_creep_between_one_and_ten_seconds_is_what_was_asked(tilt: float) -> None:
-    y = response(LINEAR, STEP, Effects(creep_per_decade=0.02, creep_tilt=tilt))
+@pytest.mark.parametrize(("tilt", "elements"), [(0.0, 0), (0.1, 0), (0.0, 3)])
+def test_creep_between_one_and_ten_seconds_is_what_was_asked(tilt: float, elements: int) -> None:
+    creep = Effects(creep_per_decade=0.02, creep_tilt=tilt, creep_elements=elements)
+    y = response(LINEAR, STEP, creep)
     at = 6000 + np.array([500, 5000])
     assert np.diff(y[at])[0] == pytest.approx(0.02 * 15.0, rel=0.01)
     np.testing.assert_allclose(y[:6000], 0.0, atol=1e-9)
@@ -113,6 +129,7 @@ def width(y: Floats, command: Command) -> float:
     "effects",
     [
         Effects(widen_V=3.0, widen_power=0.8, reference_V_per_s=800.0),
+        Effects(widen_V=3.0, widen_power=0.0, reference_V_per_s=800.0),
         Effects(damping_um=0.5, reference_V_per_s=800.0),
     ],
 )
@@ -121,7 +138,7 @@ def test_rate_dependence_widens_fast_loops_alone(effects: Effects) -> None:
     slow = replace(LOOP, seconds=10.0)
     more = width(response(REAL, fast, effects), fast) - width(response(REAL, fast), fast)
     less = width(response(REAL, slow, effects), slow) - width(response(REAL, slow), slow)
-    assert more > 0.4 and abs(less) < 0.1 * more
+    assert more > 0.4 and abs(less) < (0.1 if effects.widen_power else 0.2) * more
 
 
 def mirror(y: Floats) -> float:
@@ -138,17 +155,54 @@ def off_masing(effects: Effects) -> float:
     return float(np.abs(after_turn - after_turn[0] - (major - major[0])).max())
 
 
-@pytest.mark.parametrize("effects", [Effects(bow_um=0.6), Effects(density_odd=0.6)])
+@pytest.mark.parametrize(
+    "effects",
+    [
+        Effects(bow_um=0.6),
+        Effects(exponential_um=0.6, exponential=2.0),
+        Effects(elbow_um=0.6),
+        Effects(density_odd=0.6),
+    ],
+)
 def test_asymmetry_breaks_the_central_symmetry(effects: Effects) -> None:
     assert mirror(response(REAL, LOOP)) < 1e-5
     assert mirror(response(REAL, LOOP, effects)) > 0.3
 
 
-@pytest.mark.parametrize("effects", [Effects(density_even=0.6), Effects(density_core=1.0)])
+@pytest.mark.parametrize(
+    "effects",
+    [
+        Effects(density_even=0.6),
+        Effects(density_core=1.0),
+        Effects(bouc_wen=0.3),
+        Effects(bouc_wen=1.0, bouc_wen_power=2.0, bouc_wen_gamma=0.5),
+    ],
+)
 def test_non_masing_keeps_the_major_loop_symmetric_and_bends_minor_ones(effects: Effects) -> None:
-    assert mirror(response(REAL, LOOP, effects)) < 1e-5
+    assert mirror(response(REAL, LOOP, effects)) < (1e-3 if effects.bouc_wen else 1e-5)
     assert off_masing(Effects()) < 1e-5
     assert off_masing(effects) > 0.1
+
+
+def test_bouc_wen_keeps_stroke_and_loop_width() -> None:
+    y = response(REAL, LOOP, Effects(bouc_wen=1.0))
+    assert y[1000] - y[0] == pytest.approx(30.0, abs=1e-4)
+    assert width(y, LOOP) == pytest.approx(0.13 * 30.0, rel=0.02)
+    assert width(response(REAL, LOOP), LOOP) == pytest.approx(0.13 * 30.0, rel=0.02)
+
+
+@pytest.mark.parametrize("physics", ["relays", "slides"])
+@pytest.mark.parametrize(
+    "shape", [{"loop_decay": 3.0}, {"loop_dead_zone": 0.2}, {"loop_heap": 2.0, "loop_decay": 0.0}]
+)
+def test_every_base_obeys_madelungs_rules(physics: str, shape: dict) -> None:
+    stage = replace(REAL, physics=physics, **shape)
+    major = simulate(stage, LOOP).y
+    minor = simulate(stage, replace(LOOP, u_min_V=10.0, u_max_V=30.0, hz=0.2)).y
+    assert major is not None and minor is not None
+    branch = minor[1000:1501] - minor[1000]
+    np.testing.assert_allclose(branch, major[:501] - major[0], atol=1e-5)
+    assert mirror(major) < 1e-5
 
 
 def test_initial_state_is_wiped_out_where_the_record_passes_the_peak() -> None:
@@ -169,6 +223,9 @@ def test_sensor_effects() -> None:
     np.testing.assert_allclose(scaled, 1.03 * (plain - 5.0) + 5.2, atol=1e-5)
     drift = response(stage, LOOP, Effects(drift_um_per_s=0.01, drift_um=0.3, drift_tau_s=4.0))
     np.testing.assert_allclose(drift - plain, 0.01 * t + 0.3 * (1.0 - np.exp(-t / 4.0)), atol=1e-5)
+    swing = response(stage, LOOP, Effects(swing_um=0.2, swing_period_s=30.0, swing_phase=1.0))
+    turn = 2.0 * np.pi * t / 30.0
+    np.testing.assert_allclose(swing - plain, 0.2 * (np.sin(turn + 1) - np.sin(1)), atol=1e-5)
     hum = response(stage, LOOP, Effects(freq_hz=50.0, amp_um=0.1)) - plain
     assert abs(line(hum, LOOP, 50.0)) == pytest.approx(0.1, rel=1e-3)
 

@@ -88,6 +88,19 @@ def test_noise_has_the_rms_and_colour_asked_for(ar: float) -> None:
     assert np.corrcoef(noise[:-2], noise[2:])[0, 1] == pytest.approx(ar, abs=0.05)
 
 
+def test_pink_noise_has_equal_power_in_every_octave_whatever_the_rate() -> None:
+    for rate_hz in (2000.0, 8000.0):
+        command = Command(seconds=100.0, rate_hz=rate_hz)
+        noisy, clean = (
+            simulate(Stage(noise_um=n, noise_pink=True, adc_bits=0), command, seed=2).y
+            for n in (0.05, 0.0)
+        )
+        assert noisy is not None and clean is not None
+        power = np.abs(np.fft.rfft(noisy - clean)) ** 2
+        octaves = [power[100 * 2**k : 200 * 2**k].sum() for k in range(6)]
+        assert np.ptp(octaves) < 0.5 * np.mean(octaves)
+
+
 def test_sensor_saturates_drops_and_sticks() -> None:
     clipped = simulate(Stage(adc_max_um=20.0, noise_um=0.0), SLOW).y
     assert clipped is not None and clipped.max() == 20.0

@@ -1,12 +1,14 @@
 """Commands: ranges, frequencies, the shape of the paper's test signal."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from madelung.errors import InputError
 from madelung.waveforms import Command, Waveform
 
-RANDOM_LEVELS = (Waveform.STEPS, Waveform.CODES)
+RANDOM_LEVELS = (Waveform.STEPS, Waveform.CODES, Waveform.WALK)
 
 
 @pytest.mark.parametrize("waveform", list(Waveform))
@@ -25,7 +27,9 @@ def test_is_a_function_of_time_not_of_the_samples(waveform: Waveform) -> None:
     np.testing.assert_allclose(fine[::10], command.at(command.time_s), atol=1e-9)
 
 
-@pytest.mark.parametrize("waveform", [Waveform.SINES, Waveform.MULTISINE, *RANDOM_LEVELS])
+@pytest.mark.parametrize(
+    "waveform", [Waveform.SINES, Waveform.MULTISINE, Waveform.NOISE, *RANDOM_LEVELS]
+)
 def test_the_seed_decides(waveform: Waveform) -> None:
     def values(seed: int) -> np.ndarray:
         command = Command(waveform, 5.0, 100.0, seed=seed)
@@ -55,6 +59,31 @@ def test_multisine_has_power_at_its_lines_alone() -> None:
     assert rest.max() < 1e-4 * amplitude[lines].mean()
 
 
+def test_rounded_turns_where_decaying_does() -> None:
+    decaying = Command(Waveform.DECAYING, 23.0, 1000.0, hz=1 / 3)
+    straight, rounded = (
+        c.at(c.time_s) for c in (decaying, replace(decaying, waveform=Waveform.ROUNDED))
+    )
+    turns = np.flatnonzero(np.diff(np.sign(np.diff(straight))) != 0) + 1
+    np.testing.assert_allclose(rounded[turns], straight[turns], atol=0.05)
+    assert np.all(np.abs(np.diff(rounded)[turns]) < 5e-3)
+
+
+def test_chirp_sweeps_its_band() -> None:
+    command = Command(Waveform.CHIRP, 10.0, 1000.0, band_hz=(1.0, 50.0))
+    u = command.at(command.time_s) - 20.0
+    crossings = np.flatnonzero(np.diff(np.sign(u)) != 0)
+    half_periods = np.diff(crossings) / 1000.0
+    assert 0.5 / half_periods[0] == pytest.approx(1.0, rel=0.4)
+    assert 0.5 / half_periods[-10:].mean() == pytest.approx(50.0, rel=0.1)
+
+
+def test_noise_is_low_passed() -> None:
+    command = Command(Waveform.NOISE, 50.0, 200.0, band_hz=(0.0, 5.0))
+    power = np.abs(np.fft.rfft(command.at(command.time_s) - 20.0)) ** 2
+    assert power[1:250].sum() > 20.0 * power[500:].sum()
+
+
 def test_steps_rise_in_the_time_given() -> None:
     command = Command(Waveform.STEPS, 5.0, 1000.0, dwell_s=0.5, rise_s=0.1)
     u = command.at(command.time_s).reshape(10, 500)
@@ -74,6 +103,8 @@ def test_steps_rise_in_the_time_given() -> None:
         {"waveform": "multisine", "band_hz": (0.5, 200.0)},
         {"waveform": "multisine", "band_hz": (0.51, 0.52)},
         {"waveform": "sines", "lines_hz": ()},
+        {"waveform": "chirp", "band_hz": (0.0, 50.0)},
+        {"waveform": "noise", "seconds": 1e4, "band_hz": (0.0, 50.0)},
     ],
 )
 def test_bad_values_are_refused(wrong: dict) -> None:

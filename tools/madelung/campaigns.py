@@ -17,6 +17,9 @@ _MOVING = (
     Waveform.DECAYING,
     Waveform.SINES,
     Waveform.MULTISINE,
+    Waveform.ROUNDED,
+    Waveform.CHIRP,
+    Waveform.NOISE,
 )
 
 

@@ -23,31 +23,40 @@ class Effects:
 
     Attributes
     ----------
-    delay_s, high_V, low_V, knee_V, slew_V_per_s, corner_hz
-        Input box. knee_V: how far below the limit the drive begins to clip; 0: hard.
-    bow_um, density_odd
-        Asymmetry: a bow over the drive, or a relay density that is tilted towards one end (-1 to
-        1).
-    density_even, density_core
-        Non-Masing: a relay density that is waved (-1 to 1) or heaped (-1 to 10) about mid-range.
+    delay_s, high_V, low_V, knee_V, knee_law, slew_V_per_s, slew_fall, corner_hz, corner2_hz,
+    droop
+        Input box. knee_V: how far below the limit the drive begins to clip; 0: hard; the knee is
+        that of tanh (knee_law 0), x / sqrt(1 + x^2) (1) or 1 - exp(-x) (2). slew_fall: limit
+        while falling over that while rising. corner2_hz: a second pole. droop: the amplifier's
+        load is a capacitance that grows by this share over the range.
+    bow_um, exponential_um, exponential, elbow_um, density_odd
+        Asymmetry: a bow over the drive, a sine or of (exp(k v) - 1) / (exp(k) - 1); a one-sided
+        dead zone behind the hysteresis, from mid-range on; or a relay density that is tilted
+        towards one end (-1 to 1).
+    density_even, density_core, bouc_wen, bouc_wen_power, bouc_wen_gamma
+        Non-Masing: a relay density that is waved (-1 to 1) or heaped (-1 to 10) about mid-range;
+        or Bouc-Wen's hysteresis for this share of the loop's width, with its power and gamma over
+        beta.
     widen_V, widen_power, damping_um, reference_V_per_s
-        Rate dependence: relays switch later by widen_V * (rate / reference)^power; the
-        displacement lags by damping_um * asinh(10 rate / reference) / asinh(10).
-    start_peak_V
-        Initial state: where the drive turned before the record.
-    creep_per_decade, creep_tilt
+        Rate dependence: relays switch later by widen_V * (rate / reference)^power, for power 0 by
+        widen_V * log(1 + 10 rate / reference) / log(11); the displacement lags by
+        damping_um * asinh(10 rate / reference) / asinh(10).
+    start_peak_V, start_dip_V
+        Initial state: where the drive turned before the record, and where it turned after that.
+    creep_per_decade, creep_tilt, creep_elements
         Creep between 1 s and 10 s after a step, share of the step; the spectrum over the time
-        constant goes with tau^tilt.
-    dead_band_um
-        Backlash, full width.
+        constant goes with tau^tilt (0: log t, else a power of t); creep_elements: a ladder of so
+        few elements, 0: many.
+    dead_band_um, dead_band_spread
+        Backlash, full width; of two faces, wider and narrower by this share.
     fn_hz, zeta, mode_share, fn2_hz, zeta2, mode2_share
         Flexure modes and how much of the motion each carries.
     gain, offset_um
         Sensor.
-    drift_um_per_s, drift_um, drift_tau_s
-        Drift: linear, and an exponential approach to drift_um.
-    freq_hz, amp_um, harmonic_um
-        Periodic disturbance and its second harmonic.
+    drift_um_per_s, drift_um, drift_tau_s, swing_um, swing_period_s, swing_phase
+        Drift: linear, an exponential approach to drift_um, and a sine that begins at 0.
+    freq_hz, amp_um, harmonic_um, freq2_hz, amp2_um
+        Periodic disturbance, its second harmonic, and another line.
     skew_ppm
         Clock skew.
     walk_um
@@ -61,26 +70,45 @@ class Effects:
         Outside: size of impulses that hit one sample in 200.
     fringe_um, fringe_period_um
         Outside: an interferometer's cyclic error.
+    fading_per_s
+        Outside: the sensor's gain changes by this share a second.
+    jitter_s
+        Outside: rms by which each reading is taken too early or too late.
+    missed_share
+        Outside: share of the commands that the converter misses.
     """
 
     delay_s: float = 0.0
     high_V: float = np.inf
     low_V: float = -np.inf
     knee_V: float = 0.0
+    knee_law: float = 0
     slew_V_per_s: float = np.inf
+    slew_fall: float = 1.0
     corner_hz: float = np.inf
+    corner2_hz: float = np.inf
+    droop: float = 0.0
     bow_um: float = 0.0
+    exponential_um: float = 0.0
+    exponential: float = 1.0
+    elbow_um: float = 0.0
     density_odd: float = 0.0
     density_even: float = 0.0
     density_core: float = 0.0
+    bouc_wen: float = 0.0
+    bouc_wen_power: float = 1.0
+    bouc_wen_gamma: float = 0.0
     widen_V: float = 0.0
     widen_power: float = 1.0
     damping_um: float = 0.0
     reference_V_per_s: float = 1000.0
     start_peak_V: float = -np.inf
+    start_dip_V: float = np.inf
     creep_per_decade: float = 0.0
     creep_tilt: float = 0.0
+    creep_elements: float = 0
     dead_band_um: float = 0.0
+    dead_band_spread: float = 0.0
     fn_hz: float = 300.0
     zeta: float = 0.05
     mode_share: float = 0.0
@@ -92,9 +120,14 @@ class Effects:
     drift_um_per_s: float = 0.0
     drift_um: float = 0.0
     drift_tau_s: float = 5.0
+    swing_um: float = 0.0
+    swing_period_s: float = 100.0
+    swing_phase: float = 0.0
     freq_hz: float = 50.0
     amp_um: float = 0.0
     harmonic_um: float = 0.0
+    freq2_hz: float = 50.0
+    amp2_um: float = 0.0
     skew_ppm: float = 0.0
     walk_um: float = 0.0
     stuck_bit: float = -1
@@ -102,6 +135,9 @@ class Effects:
     impulse_um: float = 0.0
     fringe_um: float = 0.0
     fringe_period_um: float = 1.0
+    fading_per_s: float = 0.0
+    jitter_s: float = 0.0
+    missed_share: float = 0.0
 
     def at_identification(self) -> Effects:
         """Without what began after the baseline was identified."""
@@ -113,7 +149,8 @@ class Effects:
     def fastest_hz(self) -> float:
         """The fastest pole that acts, Hz; 0 when none does."""
         poles = [f for f, share in self.modes_hz if share]
-        return max([*poles, self.corner_hz if np.isfinite(self.corner_hz) else 0.0])
+        corners = [f for f in (self.corner_hz, self.corner2_hz) if np.isfinite(f)]
+        return max([*poles, *corners, 0.0])
 
     @property
     def modes_hz(self) -> tuple[tuple[float, float], tuple[float, float]]:
@@ -299,25 +336,55 @@ def _fringes(rng: np.random.Generator, strength: float, scene: Scene) -> Paramet
     }
 
 
+def _fading_gain(rng: np.random.Generator, strength: float, scene: Scene) -> Parameters:
+    return {"fading_per_s": _sign(rng) * strength * rng.uniform(0.002, 0.006)}
+
+
+def _jitter(rng: np.random.Generator, strength: float, scene: Scene) -> Parameters:
+    size_V = strength * rng.uniform(0.01, 0.03) * (scene.u_max_V - scene.u_min_V)
+    return {"jitter_s": size_V / scene.fast_V_per_s}
+
+
+def _missed_commands(rng: np.random.Generator, strength: float, scene: Scene) -> Parameters:
+    return {"missed_share": min(strength * rng.uniform(0.1, 0.3), 0.5)}
+
+
 VOCABULARY: dict[str, Effect] = {
     "delay": Effect(("delay_s",), _delay),
-    "saturation": Effect(("high_V", "low_V", "knee_V"), _saturation),
-    "slew_limit": Effect(("slew_V_per_s",), _slew_limit),
-    "amplifier_lag": Effect(("corner_hz",), _amplifier_lag),
-    "asymmetry": Effect(("bow_um", "density_odd"), _asymmetry),
+    "saturation": Effect(("high_V", "low_V", "knee_V", "knee_law"), _saturation),
+    "slew_limit": Effect(("slew_V_per_s", "slew_fall"), _slew_limit),
+    "amplifier_lag": Effect(("corner_hz", "corner2_hz", "droop"), _amplifier_lag),
+    "asymmetry": Effect(
+        ("bow_um", "exponential_um", "exponential", "elbow_um", "density_odd"), _asymmetry
+    ),
     "rate_dependence": Effect(
         ("widen_V", "widen_power", "damping_um", "reference_V_per_s"), _rate_dependence
     ),
-    "non_masing": Effect(("density_even", "density_core"), _non_masing),
-    "initial_state": Effect(("start_peak_V",), _initial_state),
-    "creep": Effect(("creep_per_decade", "creep_tilt"), _creep),
-    "backlash": Effect(("dead_band_um",), _backlash),
+    "non_masing": Effect(
+        ("density_even", "density_core", "bouc_wen", "bouc_wen_power", "bouc_wen_gamma"),
+        _non_masing,
+    ),
+    "initial_state": Effect(("start_peak_V", "start_dip_V"), _initial_state),
+    "creep": Effect(("creep_per_decade", "creep_tilt", "creep_elements"), _creep),
+    "backlash": Effect(("dead_band_um", "dead_band_spread"), _backlash),
     "resonance": Effect(
         ("fn_hz", "zeta", "mode_share", "fn2_hz", "zeta2", "mode2_share"), _resonance
     ),
     "gain_offset": Effect(("gain", "offset_um"), _gain_offset),
-    "drift": Effect(("drift_um_per_s", "drift_um", "drift_tau_s"), _drift),
-    "periodic_disturbance": Effect(("freq_hz", "amp_um", "harmonic_um"), _periodic_disturbance),
+    "drift": Effect(
+        (
+            "drift_um_per_s",
+            "drift_um",
+            "drift_tau_s",
+            "swing_um",
+            "swing_period_s",
+            "swing_phase",
+        ),
+        _drift,
+    ),
+    "periodic_disturbance": Effect(
+        ("freq_hz", "amp_um", "harmonic_um", "freq2_hz", "amp2_um"), _periodic_disturbance
+    ),
     "clock_skew": Effect(("skew_ppm",), _clock_skew),
 }
 """The effects that a diagnosis can name."""
@@ -328,6 +395,9 @@ OUTSIDE: dict[str, Effect] = {
     "self_heating": Effect(("heating_um", "reference_V_per_s"), _self_heating),
     "impulses": Effect(("impulse_um",), _impulses),
     "fringes": Effect(("fringe_um", "fringe_period_um"), _fringes),
+    "fading_gain": Effect(("fading_per_s",), _fading_gain),
+    "jitter": Effect(("jitter_s",), _jitter),
+    "missed_commands": Effect(("missed_share",), _missed_commands),
 }
 """Disturbances that it cannot name: the right verdict is `unknown`."""
 
@@ -343,6 +413,9 @@ LATE = (
     "stuck_bit",
     "impulses",
     "fringes",
+    "fading_gain",
+    "jitter",
+    "missed_commands",
 )
 """What began after identify.csv was recorded."""
 

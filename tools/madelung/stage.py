@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
 from functools import cache
 from pathlib import Path
@@ -43,6 +43,10 @@ _STEPS_PER_PERIOD = 25.0
 """Steps of the simulation: so many a second, and in the period of the fastest pole."""
 _VELOCITY_TAU_S = 1e-3
 _HEATING_TAU_S = 6.0
+_BOUC_WEN_BETA = 2.0
+"""Of Bouc-Wen's law, per range of the drive: the loop bends all over the range."""
+_PINK_HZ = np.geomspace(0.05, 1500.0, 10)
+"""Corners of the poles whose noises add up to 1 / f."""
 _CREEP_TAU_S = np.geomspace(0.03, 1000.0, 37)
 _NO_EFFECTS = Effects()
 
@@ -62,7 +66,11 @@ class Stage:
     y_min_um
         Displacement at u_min, um.
     physics
-        ``relays``: a Preisach grid; ``slides``: Maxwell elasto-slides. Both symmetric.
+        ``relays``: a Preisach grid; ``slides``: Maxwell elasto-slides, or plays. Both symmetric.
+    loop_decay, loop_heap, loop_dead_zone
+        How much loops of each width add: exp(-loop_decay * width over range), as in real
+        ceramics, and a heap at 0.4 of the range; none narrower than the dead zone, share of the
+        range.
     elements
         Levels of the grid over the range (relays are elements^2 / 2), or number of slides.
     dac_bits, adc_bits
@@ -77,6 +85,8 @@ class Stage:
     noise_ar
         Colour of the noise, 0 (white) to below 1: correlation of samples 5 ms apart. The spectrum
         in Hz does not depend on the rate.
+    noise_pink
+        Noise whose power goes as 1 / f from 0.05 Hz to 1.5 kHz, instead.
     offset_um
         Offset of the sensor, um.
     between
@@ -98,6 +108,9 @@ class Stage:
     hysteresis_share: float = 0.13
     y_min_um: float = 0.0
     physics: Literal["relays", "slides"] = "relays"
+    loop_decay: float = 1.0
+    loop_heap: float = 0.0
+    loop_dead_zone: float = 0.0
     elements: int = 200
     dac_bits: int = 12
     adc_bits: int = 12
@@ -106,6 +119,7 @@ class Stage:
     headroom_share: float = 0.25
     noise_um: float = 0.01
     noise_ar: float = 0.0
+    noise_pink: bool = False
     offset_um: float = 0.0
     between: Literal["linear", "waveform"] = "linear"
     drop_share: float = 0.0
@@ -116,6 +130,9 @@ class Stage:
         limits: dict[str, tuple[float, float]] = {
             "stroke_um": (1e-3, 1e4),
             "hysteresis_share": (0.0, 0.3),
+            "loop_decay": (0.0, 10.0),
+            "loop_heap": (0.0, 10.0),
+            "loop_dead_zone": (0.0, 0.4),
             "elements": (10, 1000),
             "dac_bits": (0, 24),
             "adc_bits": (0, 24),
@@ -192,7 +209,7 @@ def load_library() -> tuple[Any, Any]:
     if not _LIBRARY.exists():
         raise InputError(f"{_LIBRARY} is missing: run `make` in the project's folder first")
     ffi = cffi.FFI()
-    for name in ("hysteresis.h", "path.h"):
+    for name in ("hysteresis.h", "bouc_wen.h", "path.h"):
         header = (_HEADERS / name).read_text(encoding="utf-8")
         ffi.cdef("\n".join(line for line in header.splitlines() if not line.startswith("#")))
     return ffi, ffi.dlopen(str(_LIBRARY))
@@ -221,7 +238,8 @@ class Hysteresis:
         ffi, self._lib = load_library()
         n = stage.elements
         cell = stage.range_V / n
-        loss, slope = _loss(stage)
+        loss, slope = _loss(stage, 1.0 - effects.bouc_wen)
+        self._bouc_wen = _BoucWen(stage, effects) if effects.bouc_wen else None
         bent = effects.density_odd or effects.density_even or effects.density_core
         if stage.physics == "slides" and not bent:
             reach = _array((np.arange(n) + 0.5) * cell / 2.0)
@@ -250,24 +268,59 @@ class Hysteresis:
         y = np.empty_like(u)
         widen = load_library()[0].NULL if widen_V is None else _pointer(_array(widen_V))
         self._lib.hysteresis_run(self._handle, _pointer(u), widen, _pointer(y), u.size)
+        if self._bouc_wen is not None:
+            y += self._bouc_wen.run(u)
         return y + self._shift_um
 
 
-def _loss(stage: Stage) -> tuple[Floats, float]:
+class _BoucWen:
+    """Bouc-Wen's part of a stage's hysteresis; what it adds at the ends of the range is alike."""
+
+    def __init__(self, stage: Stage, effects: Effects) -> None:
+        self._range_V = stage.range_V
+        self._power = effects.bouc_wen_power
+        self._beta = _BOUC_WEN_BETA / stage.range_V**self._power
+        self._gamma = effects.bouc_wen_gamma * self._beta
+        self._state = np.array([stage.u_min_V, 0.0])
+        self._um_per_V, self._slope = 1.0, 0.0
+        low, high, middle = stage.u_min_V, stage.u_max_V, 0.5 * (stage.u_min_V + stage.u_max_V)
+        self.run(np.tile([high, low], 50))
+        up, top, down, bottom = self.run([middle, high, middle, low])
+        width_um = effects.bouc_wen * stage.hysteresis_share * stage.stroke_um
+        self._um_per_V = width_um / (down - up)
+        self._slope = (top - bottom) / stage.range_V
+
+    def run(self, u_V: ArrayLike) -> Floats:
+        u = _array(u_V)
+        z = np.empty_like(u)
+        load_library()[1].bouc_wen_run(
+            _pointer(u),
+            u.size,
+            self._power,
+            self._beta,
+            self._gamma,
+            _pointer(self._state),
+            _pointer(z),
+        )
+        return np.asarray(self._um_per_V * (z - self._slope * u))
+
+
+def _loss(stage: Stage, share: float = 1.0) -> tuple[Floats, float]:
     """What elements of growing width hold back (um / V each), and the reversible slope (um / V).
 
-    The density over the element's width r falls as exp(-r / range), as it does in real ceramics:
-    the loop's relative width then grows a little slower than the swing.
+    They carry this share of the loop's width.
     """
     n = stage.elements
     width = (np.arange(n) + 0.5) / n
-    density = np.exp(-width)
+    heap = np.exp(-(((width - 0.4) / 0.12) ** 2) / 2.0)
+    density = np.exp(-stage.loop_decay * width) + stage.loop_heap * heap
+    density[width < stage.loop_dead_zone] = 0.0
 
     def given_back(x: float) -> float:
         return float(np.sum(density * np.maximum(x - width, 0.0)))
 
     bend = given_back(1.0) - 2.0 * given_back(0.5)
-    scale = stage.hysteresis_share * stage.stroke_um / bend
+    scale = share * stage.hysteresis_share * stage.stroke_um / bend
     loss = scale * density / stage.range_V
     slope = (stage.stroke_um - scale * given_back(1.0)) / stage.range_V
     if slope <= 0.0:
@@ -347,7 +400,9 @@ def drive(stage: Stage, command: Command, t_s: Floats) -> Floats:
     return quantise(command.at(t_s), stage.u_min_V, stage.u_max_V, stage.dac_bits)
 
 
-def _displacement(stage: Stage, effects: Effects, command: Command) -> tuple[Floats, Floats, float]:
+def _displacement(
+    stage: Stage, effects: Effects, command: Command, seed: int
+) -> tuple[Floats, Floats, float]:
     """True displacement (um) and drive (V) at the samples, and displacement at rest at u_min.
 
     Steps lie on the actuator's clock, which the record's clock is off by the skew: every n-th
@@ -357,7 +412,8 @@ def _displacement(stage: Stage, effects: Effects, command: Command) -> tuple[Flo
     every = max(1, int(np.ceil(fine_hz / command.rate_hz)))
     step_s = (1.0 + 1e-6 * effects.skew_ppm) / (command.rate_hz * every)
     t = np.asarray(np.arange((command.samples - 1) * every + 1) * step_s, np.float64)
-    u = _amplified(effects, _told(stage, command, t - effects.delay_s), step_s)
+    missed = _missed(effects, command, seed)
+    u = _amplified(stage, effects, _told(stage, command, t - effects.delay_s, missed), step_s)
     rate = _low_pass(np.gradient(u, step_s), step_s / _VELOCITY_TAU_S)
     rate[0] = 0.0
     h, rest_um = _hysteresis(stage, effects, u, rate)
@@ -370,12 +426,22 @@ def _displacement(stage: Stage, effects: Effects, command: Command) -> tuple[Flo
     return y[::every] + rest_um, u[::every], rest_um
 
 
-def _told(stage: Stage, command: Command, t_s: Floats) -> Floats:
+def _missed(effects: Effects, command: Command, seed: int) -> NDArray[np.bool_]:
+    """Which commands the drive's converter misses, shape (samples,)."""
+    rng = np.random.default_rng([seed, 6])
+    return np.asarray(rng.uniform(size=command.samples) < effects.missed_share)
+
+
+def _told(stage: Stage, command: Command, t_s: Floats, missed: NDArray[np.bool_]) -> Floats:
     """The drive at any times, V; before the record it rests."""
     if stage.between == "waveform":
         return drive(stage, command, np.maximum(t_s, 0.0))
-    samples = np.arange(int(np.ceil(t_s[-1] * command.rate_hz)) + 2) / command.rate_hz
-    return np.interp(t_s, samples, drive(stage, command, samples))
+    count = max(missed.size, int(np.ceil(t_s[-1] * command.rate_hz)) + 2)
+    samples = np.arange(count) / command.rate_hz
+    u = drive(stage, command, samples)
+    own = np.arange(u.size)
+    own[1 : missed.size][missed[1:]] = 0
+    return np.interp(t_s, samples, u[np.maximum.accumulate(own)])
 
 
 def _low_pass(signal: Floats, rate: float) -> Floats:
@@ -385,27 +451,64 @@ def _low_pass(signal: Floats, rate: float) -> Floats:
     return out
 
 
+_KNEES: tuple[Callable[[Floats], Floats], ...] = (
+    np.tanh,
+    lambda x: np.asarray(x / np.sqrt(1.0 + x**2)),
+    lambda x: np.asarray(-np.expm1(-x)),
+)
+"""By knee_law: from 0 with slope 1 to 1."""
+
+
 def _saturated(effects: Effects, u_V: Floats) -> Floats:
-    """Clipped drive; a soft knee bends like tanh from knee_V below the limit on."""
+    """Clipped drive; a soft knee bends from knee_V below the limit on."""
     knee = effects.knee_V
+    bend = _KNEES[int(effects.knee_law)]
 
     def soft(u: Floats, limit: float) -> Floats:
         if not (knee > 0.0 and np.isfinite(limit)):
             return np.minimum(u, limit)
         over = np.maximum(u - (limit - knee), 0.0)
-        return np.asarray(u - over + knee * np.tanh(over / knee))
+        return np.asarray(u - over + knee * bend(over / knee))
 
     return -soft(-soft(u_V, effects.high_V), -effects.low_V)
 
 
-def _amplified(effects: Effects, u_V: Floats, step_s: float) -> Floats:
+def _amplified(stage: Stage, effects: Effects, u_V: Floats, step_s: float) -> Floats:
     lib = load_library()[1]
     u = _array(_saturated(effects, u_V)).copy()
     if np.isfinite(effects.slew_V_per_s):
-        lib.path_slew(_pointer(u), u.size, effects.slew_V_per_s * step_s)
+        rise_V = effects.slew_V_per_s * step_s
+        lib.path_slew(_pointer(u), u.size, rise_V, effects.slew_fall * rise_V)
     if np.isfinite(effects.corner_hz):
-        u = _low_pass(u, 2.0 * np.pi * effects.corner_hz * step_s)
+        rate = 2.0 * np.pi * effects.corner_hz * step_s
+        lib.path_charge(_pointer(u), u.size, rate, effects.droop, stage.u_min_V, stage.range_V)
+    if np.isfinite(effects.corner2_hz):
+        u = _low_pass(u, 2.0 * np.pi * effects.corner2_hz * step_s)
     return u
+
+
+def _bow(stage: Stage, effects: Effects, u_V: Floats) -> Floats:
+    """What a memoryless asymmetry adds, um; 0 at both ends of the range."""
+    share = (u_V - stage.u_min_V) / stage.range_V
+    grown = np.expm1(effects.exponential * share) / np.expm1(effects.exponential)
+    return np.asarray(
+        effects.bow_um * np.sin(np.pi * share) + 4.0 * effects.exponential_um * (grown - share)
+    )
+
+
+def _elbow(stage: Stage, effects: Effects, h_um: Floats) -> Floats:
+    """What a one-sided dead zone behind the hysteresis adds, um; 0 at both ends of the stroke."""
+    share = (h_um - stage.y_min_um) / stage.stroke_um
+    return np.asarray(effects.elbow_um * (2.0 * np.maximum(share - 0.5, 0.0) - share) * 2.0)
+
+
+def _widening(effects: Effects, relative: Floats) -> Floats | None:
+    """How much later elements switch at rates relative to the reference, V."""
+    if not effects.widen_V:
+        return None
+    if effects.widen_power:
+        return np.asarray(effects.widen_V * relative**effects.widen_power)
+    return np.asarray(effects.widen_V * np.log1p(10.0 * relative) / np.log(11.0))
 
 
 def _hysteresis(
@@ -415,15 +518,14 @@ def _hysteresis(
     relative = np.abs(rate_V_per_s) / effects.reference_V_per_s
     hysteresis = Hysteresis(stage, effects)
 
-    def bow(u: Floats) -> Floats:
-        return effects.bow_um * np.sin(np.pi * (u - stage.u_min_V) / stage.range_V)
+    def bent(u: Floats, widen_V: Floats | None = None) -> Floats:
+        h = hysteresis.run(u, widen_V)
+        return np.asarray(h + _bow(stage, effects, u) + _elbow(stage, effects, h))
 
-    ends = _saturated(effects, np.array([stage.u_max_V, stage.u_min_V]))
-    rest_um = float((hysteresis.run(ends) + bow(ends))[1])
-    if np.isfinite(effects.start_peak_V):
-        hysteresis.run(_saturated(effects, np.array([effects.start_peak_V])))
-    widen = effects.widen_V * relative**effects.widen_power if effects.widen_V else None
-    y = hysteresis.run(u_V, widen) + bow(u_V)
+    rest_um = float(bent(_saturated(effects, np.array([stage.u_max_V, stage.u_min_V])))[1])
+    history = [u for u in (effects.start_peak_V, effects.start_dip_V) if np.isfinite(u)]
+    hysteresis.run(_saturated(effects, np.array(history)))
+    y = bent(u_V, _widening(effects, relative))
     if effects.damping_um:
         lag = np.arcsinh(10.0 * relative) / np.arcsinh(10.0)
         y -= np.asarray(effects.damping_um * np.sign(rate_V_per_s) * lag, np.float64)
@@ -433,7 +535,8 @@ def _hysteresis(
 def _crept(effects: Effects, h_um: Floats, step_s: float) -> Floats:
     if not effects.creep_per_decade:
         return h_um
-    tau = _CREEP_TAU_S
+    few = int(effects.creep_elements)
+    tau = np.geomspace(0.1, 100.0, few) if few else _CREEP_TAU_S
     gain = tau**effects.creep_tilt
     gain *= effects.creep_per_decade / np.sum(gain * (np.exp(-1.0 / tau) - np.exp(-10.0 / tau)))
     moved = np.zeros_like(h_um)
@@ -453,21 +556,28 @@ def _mechanics(effects: Effects, y_um: Floats, step_s: float) -> Floats:
             lib.path_mode(_pointer(y_um), _pointer(moved), y_um.size, rate, zeta, share)
     y = y_um + moved
     if effects.dead_band_um:
-        lib.path_backlash(_pointer(y), y.size, effects.dead_band_um)
+        faces = [y.copy() for _ in range(2)]
+        for face, share in zip(faces, (-1.0, 1.0), strict=True):
+            band_um = (1.0 + share * effects.dead_band_spread) * effects.dead_band_um
+            lib.path_backlash(_pointer(face), y.size, band_um)
+        y = np.mean(faces, axis=0)
     return y
 
 
 def _shown(stage: Stage, effects: Effects, command: Command, seed: int) -> tuple[Floats, Floats]:
     """What the sensor shows before noise and converter (um), and the drive (V), at the samples."""
     t_s = command.time_s
-    y_um, drive_V, rest_um = _displacement(stage, effects, command)
+    y_um, drive_V, rest_um = _displacement(stage, effects, command, seed)
     rng = np.random.default_rng([seed, 5])
-    y = effects.gain * (y_um - rest_um) + rest_um + effects.offset_um
+    y = _read(effects, t_s, y_um - rest_um, rng) + rest_um
     y += effects.drift_um_per_s * t_s - effects.drift_um * np.expm1(-t_s / effects.drift_tau_s)
-    cycles = 2.0 * np.pi * effects.freq_hz * t_s
-    phase = rng.uniform(0.0, 2.0 * np.pi, 2)
-    y += effects.amp_um * np.sin(cycles + phase[0])
-    y += effects.harmonic_um * np.sin(2.0 * cycles + phase[1])
+    turn = 2.0 * np.pi * t_s / effects.swing_period_s + effects.swing_phase
+    y += effects.swing_um * (np.sin(turn) - np.sin(effects.swing_phase))
+    phase = rng.uniform(0.0, 2.0 * np.pi, 3)
+    lines = (effects.freq_hz, 2.0 * effects.freq_hz, effects.freq2_hz)
+    sizes = (effects.amp_um, effects.harmonic_um, effects.amp2_um)
+    for size, hz, begin in zip(sizes, lines, phase, strict=True):
+        y += size * np.sin(2.0 * np.pi * hz * t_s + begin)
     paces = rng.standard_normal(t_s.size) * np.sqrt(t_s[1] / 10.0)
     y += effects.walk_um * np.cumsum(paces)
     hit = rng.uniform(size=t_s.size) < 1.0 / 200.0
@@ -476,12 +586,20 @@ def _shown(stage: Stage, effects: Effects, command: Command, seed: int) -> tuple
     return y, drive_V
 
 
+def _read(effects: Effects, t_s: Floats, moved_um: Floats, rng: np.random.Generator) -> Floats:
+    """What the sensor makes of a displacement: calibration, and when it looks."""
+    if effects.jitter_s:
+        late_s = effects.jitter_s * rng.standard_normal(t_s.size)
+        moved_um = np.interp(t_s + late_s, t_s, moved_um)
+    gain = effects.gain * (1.0 + effects.fading_per_s * t_s)
+    return np.asarray(gain * moved_um + effects.offset_um)
+
+
 def measure(
     stage: Stage, t_s: Floats, u_V: Floats, y_um: Floats, seed: int, stuck_bit: int = -1
 ) -> Record:
     """The record that noise, converter and logger make of what the sensor shows, um."""
-    rate_hz = 1.0 / (t_s[1] - t_s[0])
-    noise = stage.noise_um * _noise(t_s.size, stage.noise_ar ** (_NOISE_HZ / rate_hz), seed)
+    noise = _noise(stage, t_s.size, 1.0 / (t_s[1] - t_s[0]), seed)
     low, high = stage.reading_um
     reading = quantise(y_um + noise + stage.offset_um, low, high, stage.adc_bits)
     if stuck_bit >= 0:
@@ -498,13 +616,20 @@ def measure(
     )
 
 
-def _noise(n: int, ar: float, seed: int) -> Floats:
-    """First-order autoregressive noise of rms 1, stationary from the start, shape (n,)."""
+def _noise(stage: Stage, n: int, rate_hz: float, seed: int) -> Floats:
+    """The sensor's noise, um, stationary from the start, shape (n,)."""
     from scipy.signal import lfilter
 
-    white = np.random.default_rng([seed, 2]).standard_normal(n)
-    white[1:] *= np.sqrt(1.0 - ar**2)
-    return np.asarray(lfilter([1.0], [1.0, -ar], white))
+    if stage.noise_pink:
+        corners = np.exp(-2.0 * np.pi * _PINK_HZ / rate_hz)
+    else:
+        corners = np.array([stage.noise_ar ** (_NOISE_HZ / rate_hz)])
+    white = np.random.default_rng([seed, 2]).standard_normal((corners.size, n))
+    total = np.zeros(n)
+    for ar, pace in zip(corners, white, strict=True):
+        pace[1:] *= np.sqrt(1.0 - ar**2)
+        total += lfilter([1.0], [1.0, -ar], pace)
+    return np.asarray(stage.noise_um * total / np.sqrt(corners.size))
 
 
 def _held_from(n: int, share: float, seed: int) -> NDArray[np.int64]:

@@ -1,4 +1,4 @@
-"""Commands to drive an actuator with: the papers' waveforms, multisines, steps, noise, random codes.
+"""Commands to drive an actuator with: the papers' waveforms, multisines, steps, noise, codes.
 
 A waveform is a function of time, not of samples: the simulated actuator evaluates it between the
 samples of a record too.
@@ -237,9 +237,8 @@ class Command:
         return self._held(t, levels, self.dwell_s, self.rise_s)
 
     def _walk(self, t: Floats) -> Floats:
-        paces = self._random().normal(0.0, 0.15, self._dwells(self.dwell_s))
-        folded = np.mod(np.cumsum(paces) + 0.5, 2.0)  # a walk between two walls
-        return self._held(t, 1.0 - np.abs(1.0 - folded), self.dwell_s, self.rise_s)
+        walk = np.cumsum(self._random().standard_normal(self._dwells(self.dwell_s)))
+        return self._held(t, _scaled(walk, walk), self.dwell_s, self.rise_s)
 
     def _codes(self, t: Floats) -> Floats:
         sample_s = 1.0 / self.rate_hz
