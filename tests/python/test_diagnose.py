@@ -416,6 +416,13 @@ def test_bad_input_ends_in_one_line(
         {"y_unit": "nm"},
         {"exclude": ["magic"]},
         {"known": {"speed": 1.0}},
+        {"known": {"zeta": -1.0}},
+        {"known": {"delay_s": float("nan")}},
+        {"known": {"corner_hz": "60"}},
+        {"known": {"fn_hz": True}},
+        {"known": {"freq_hz": 50.0}},
+        {"known": {"low_V": 30.0, "high_V": 20.0}},
+        {"known": [0.1]},
         {"running": ["nobody"]},
     ],
 )

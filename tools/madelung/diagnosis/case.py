@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from madelung.diagnosis.vocabulary import EFFECTS
+from madelung.diagnosis.vocabulary import EFFECTS, LIMITS
 from madelung.errors import InputError
 from madelung.files import read_json
 from madelung.model import MARGIN_SHARE
@@ -163,9 +163,13 @@ def _json_object(path: Path) -> dict[str, Any]:
 
 def _number(path: Path, data: dict[str, Any], key: str) -> float:
     value = data.get(key)
-    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < 1e6:
+    if not (_is_number(value) and abs(value) < 1e6):
         raise InputError(f"{path}: {key} must be a number below 1e6, found {value!r}")
     return float(value)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def _names(path: Path, data: dict[str, Any], key: str) -> list[str]:
@@ -179,11 +183,30 @@ def _known(path: Path, data: dict[str, Any]) -> dict[str, float]:
     known = data.get("known", {})
     if not isinstance(known, dict):
         raise InputError(f"{path}: known must map parameter keys to numbers")
-    keys = {k for effect in EFFECTS.values() for k in effect.keys}
+    limits = _limits(float(data["u_min_V"]), float(data["u_max_V"]))
     for key in known:
-        if key not in keys:
-            raise InputError(f"{path}: known has no parameter {key!r}; possible: {sorted(keys)}")
-    return {k: _number(path, known, k) for k in known}
+        if key not in limits:
+            raise InputError(f"{path}: known has no parameter {key!r}; possible: {sorted(limits)}")
+        low, high = limits[key]
+        if not (_is_number(known[key]) and low <= known[key] <= high):
+            raise InputError(
+                f"{path}: known: {key} must be a number between {low:g} and {high:g}, "
+                f"found {known[key]!r}"
+            )
+    if "low_V" in known and "high_V" in known and not known["low_V"] < known["high_V"]:
+        raise InputError(f"{path}: known: low_V must be below high_V")
+    return {k: float(v) for k, v in known.items()}
+
+
+def _limits(u_min_V: float, u_max_V: float) -> dict[str, tuple[float, float]]:
+    """Between what a parameter can be known. A line's phase and size differ by record: not here."""
+    width = u_max_V - u_min_V
+    return LIMITS | {
+        "high_V": (u_min_V, u_max_V + 0.2 * width),
+        "low_V": (u_min_V - 0.2 * width, u_max_V),
+        "knee_V": (1e-4 * width, 0.5 * width),
+        "start_peak_V": (u_min_V, u_max_V),
+    }
 
 
 def _records(folder: Path) -> list[Path]:

@@ -46,7 +46,7 @@ def judge(engine: Engine, search: Search, gap_excess: float) -> Verdict:
     problem = engine.problem
     best = search.best
     left = train_excess(problem, best)
-    share = max(left, 0.0) / max(gap_excess, 1.0) if gap_excess > 0 else 0.0
+    share = max(left, 0.0) / max(gap_excess, 1.0)
     tolerance = EXCESS_MIN + 4 * np.sqrt(2 / max(problem.noise.samples, 1))
     allowed = tolerance * sum(int(t.use.sum()) for t in problem.traces if t.role == "train")
     structured = left > allowed

@@ -126,3 +126,17 @@ _ALL = (
 
 EFFECTS: dict[str, Effect] = {e.name: e for e in _ALL}
 """Every effect, in the order of the signal path."""
+
+LIMITS: dict[str, tuple[float, float]] = {
+    "delay_s": (0.0, 0.05),
+    "slew_V_per_s": (1e-3, 1e9),
+    "corner_hz": (0.01, 1e6),
+    "creep_per_decade": (-0.02, 0.2),
+    "dead_band_um": (0.0, 1e3),
+    "fn_hz": (0.1, 1e5),
+    "zeta": (1e-4, 0.999),
+    "gain": (0.1, 10.0),
+    "offset_um": (-1e4, 1e4),
+    "skew_ppm": (-20_000.0, 20_000.0),
+}
+"""Between what parameters can be; those in volts depend on the case's range."""
