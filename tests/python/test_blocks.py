@@ -204,6 +204,19 @@ def test_delay_shifts_a_sine(delay_s: float) -> None:
     np.testing.assert_allclose(found[late], expected[late], rtol=0, atol=2e-6)
 
 
+@pytest.mark.parametrize("delay_s", [1.3e-4, 3.7e-4, 1.6e-3])
+def test_delay_of_a_linear_command_keeps_its_kinks(delay_s: float) -> None:
+    step_s, fine = 1e-3, 50
+    u = 50 + 30 * np.sin(np.arange(400) * 1.9) * np.cos(np.arange(400) * 0.013)
+    t = np.arange(400) * step_s
+    fine_s = np.arange(-fine, 399 * fine + 1) * step_s / fine
+    runner = Runner(0.0, RANGE_V)
+    exact = runner.run(PATH, np.interp(fine_s, t, u), step_s / fine)
+    linear = runner.run(PATH.but(delay_s=delay_s, substeps_min=4), u, step_s)
+    expected = np.interp(t - delay_s, fine_s, exact)
+    assert np.abs(linear - expected).max() < 2e-3 * np.ptp(expected)
+
+
 def test_gain_and_offset_turn_about_the_minimum() -> None:
     u = command()[1]
     y = run(PATH, u)

@@ -136,12 +136,18 @@ def mode_coefficients(fn_hz: float, zeta: float, step_s: float) -> tuple[Array, 
     return exact[:2, :2] - np.eye(2), exact[:2, 2]
 
 
-def delay_coefficients(delay_s: float, step_s: float) -> tuple[int, Array]:
-    """Whole samples and the four Lagrange weights of mdl_delay.h."""
+def delay_coefficients(delay_s: float, step_s: float, smooth: bool = True) -> tuple[int, Array]:
+    """Whole samples and the four weights of mdl_delay.h.
+
+    Third-order Lagrange where the displacement is smooth; between two neighbours where it has a
+    kink at every sample of the command, which a longer interpolation would blur.
+    """
     samples = delay_s / step_s
     whole = max(int(np.floor(samples)) - 1, 0)
     at = samples - whole
     nodes = np.arange(4.0)
+    if not smooth:
+        return whole, np.maximum(1.0 - np.abs(at - nodes), 0.0)
     weights = [np.prod([(at - n) / (k - n) for n in nodes if n != k]) for k in nodes]
     return whole, np.array(weights)
 
@@ -160,7 +166,7 @@ def discretise(path: SignalPath, step_s: float) -> Chain:
         creep=tuple((*_lag(m.tau_s, inner_s), m.gain) for m in path.creep),
         modes=tuple(_mode(m, inner_s) for m in path.modes),
         dead_band_um=path.dead_band_um or None,
-        delay=_delay(path.delay_s, inner_s) if path.delay_s > 0 else None,
+        delay=_delay(path, inner_s) if path.delay_s > 0 else None,
         gain=(path.gain, path.offset_um) if path.gain != 1.0 or path.offset_um != 0.0 else None,
     )
 
@@ -188,8 +194,9 @@ def _mode(mode: Mode, step_s: float) -> tuple[float, ...]:
     return (*(_flushed(float(v)) for v in (*phi.ravel(), *gamma)), mode.share)
 
 
-def _delay(delay_s: float, step_s: float) -> tuple[int, tuple[float, ...]]:
-    whole, weights = delay_coefficients(delay_s, step_s)
+def _delay(path: SignalPath, step_s: float) -> tuple[int, tuple[float, ...]]:
+    smooth = path.substeps_min == 1 or bool(path.modes)
+    whole, weights = delay_coefficients(path.delay_s, step_s, smooth)
     return whole, tuple(_flushed(float(w)) for w in weights)
 
 
