@@ -65,6 +65,7 @@ def test_all_effects_come_back_from_a_file(tmp_path: Path) -> None:
         "u_min_V",
         "range_V",
         "f0",
+        "yang",  # a kind of model of its own
     ]
     model = augmented_model(
         FULL, 140.0, {"creep": "ladder"}, 77.0, not_in_firmware=[SKEW], extra={"source": "case"}

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from madelung.errors import InputError
 from madelung.model import MARGIN_SHARE, Model
+from madelung.yang2015 import YangParams, discretise_yang
 
 Precision = Literal["float32", "float64"]
 _HERE = Path(__file__).parent
@@ -90,6 +91,8 @@ class Chain:
         Whole samples, and the four weights.
     gain
         gain, and offset in um.
+    yang
+        In the trajectory's place, see mdl_yang.h.
     """
 
     substeps: int = 1
@@ -103,6 +106,7 @@ class Chain:
     dead_band_um: float | None = None
     delay: tuple[int, tuple[float, ...]] | None = None
     gain: tuple[float, float] | None = None
+    yang: YangParams | None = None
 
 
 class Core:
@@ -167,6 +171,23 @@ class Core:
             whole, weights = chain.delay
             weight = self._pointer(self._array(weights))
             self._check(lib.batch_set_delay(batch, whole, weight), f"delay of {whole} samples")
+        if chain.yang is not None:
+            self._set_yang(chain.yang)
+
+    def _set_yang(self, yang: YangParams) -> None:
+        lists = (
+            yang.threshold_volts,
+            yang.weight,
+            (*yang.k, *yang.c_um, *yang.m),
+            yang.lambda_,
+            list(yang.values.values()),
+        )
+        threshold, weight, terms, harmonic, values = (self._pointer(self._array(v)) for v in lists)
+        count, harmonics = len(yang.threshold_volts), len(yang.lambda_)
+        status = self._lib.batch_set_yang(
+            self._batch, count, yang.two_side, threshold, weight, terms, harmonics, harmonic, values
+        )
+        self._check(status, "the model of Yang et al.")
 
     def _check(self, status: int, what: str) -> None:
         if status < 0:
@@ -217,6 +238,10 @@ class Predictor(Core):
             self._own(made, status)
         else:
             self._make_polynomial(model.u_min_V, range_V, margin, model.f0)
+        if chain is None and model.yang is not None:
+            alone = model.yang.rate_independent
+            yang = discretise_yang(alone, model.u_min_V, model.u_max_V, margin, 1.0)
+            chain = Chain(yang=yang)
         if chain is not None:
             self._set_blocks(chain)
 

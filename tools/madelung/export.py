@@ -11,11 +11,12 @@ from pathlib import Path
 import numpy as np
 
 from madelung.blocks import Block
-from madelung.core import Chain
+from madelung.core import Chain, Predictor
 from madelung.errors import InputError
 from madelung.files import replacing
 from madelung.model import MARGIN_SHARE, Model
 from madelung.path import discretise, path_of
+from madelung.yang2015 import FILTER_VALUES, PI_VALUES, YangParams
 
 CODE_MAX = 4095
 RATE_HZ_MAX = 200_000
@@ -65,6 +66,8 @@ def default_scaling(model: Model, rate_Hz: int = 10_000) -> Scaling:
     x = np.linspace(0.0, model.range_V, CODE_MAX + 1)
     if model.kind == "major_curve":
         y = np.array([p[1] for p in model.breakpoints])
+    elif model.yang is not None:
+        y = Predictor(model, "float64").run(model.u_min_V + np.append(x, x[::-1]))
     else:
         y = np.polynomial.polynomial.polyval(x, model.f0)
     path = path_of(model)
@@ -112,6 +115,7 @@ def params_source(model: Model, scaling: Scaling) -> str:
         "#endif",
         "",
         *_shape(model, chain),
+        *_yang(chain.yang),
         "const mdl_app_params mdl_params = {",
         "    .chain = {",
         *(f"        {line}" for line in _members(_chain(model, chain))),
@@ -230,6 +234,8 @@ def _members(tree: Tree) -> list[str]:
 def _chain(model: Model, chain: Chain) -> Tree:
     margin = literal(MARGIN_SHARE * model.range_V, "the margin")
     blocks = _blocks(chain)
+    if chain.yang is not None:
+        blocks["YANG"] = {"yang": "&yang"}
     tree: Tree = {
         "u_min_volts": literal(model.u_min_V, "u_min_V"),
         "margin_volts": margin,
@@ -317,6 +323,38 @@ def _shape(model: Model, chain: Chain) -> list[str]:
         "    .g = {",
         ",\n".join(f"        {row}" for row in rows),
         "    }",
+        "};",
+        "",
+    ]
+
+
+def _yang(yang: YangParams | None) -> list[str]:
+    """The model of Yang et al., which the chain points to."""
+    if yang is None:
+        return []
+    numbers = {name: literal(value, name) for name, value in yang.values.items()}
+    arrays = {
+        name: f"{{{_list(getattr(yang, name), name)}}}"
+        for name in ("threshold_volts", "weight", "k", "c_um", "m", "lambda_")
+    }
+    pi: Tree = {
+        "count": f"{len(yang.weight)}u",
+        "two_side": f"{int(yang.two_side)}u",
+        "threshold_volts": arrays.pop("threshold_volts"),
+        "weight": arrays.pop("weight"),
+    }
+    tree: Tree = {
+        "pi": pi | {name: numbers.pop(name) for name in PI_VALUES},
+        "harmonics": f"{len(yang.lambda_)}u",
+        "lambda": arrays.pop("lambda_"),
+        "filter": {name: numbers.pop(name) for name in FILTER_VALUES},
+    }
+    return [
+        "#ifdef __TMS320C28XX__",
+        '#pragma DATA_SECTION(yang, "mdl_params")',
+        "#endif",
+        "static const mdl_yang_params yang = {",
+        *(f"    {line}" for line in _members(tree | arrays | numbers)),
         "};",
         "",
     ]

@@ -14,6 +14,8 @@ import numpy as np
 from madelung.blocks import Block, blocks_from_json, notes_from_json, number
 from madelung.errors import InputError
 from madelung.files import read_json, write_atomically
+from madelung.yang2015 import KEYS as YANG_KEYS
+from madelung.yang2015 import Yang, yang_from_json
 
 SCHEMA = "madelung.model/1"
 DEGREE_MAX = 7
@@ -31,7 +33,7 @@ class Model:
     ----------
     kind
         ``madelung``: f0 is a polynomial; ``major_curve``: f0 is piecewise linear; ``augmented``:
-        a polynomial, and the blocks of the signal path.
+        a polynomial, and the blocks of the signal path; ``yang2015``: see yang2015.py.
     u_min_V, u_max_V
         Identified range of the command, V; x = u - u_min_V.
     f0
@@ -42,17 +44,20 @@ class Model:
         ``augmented``: effects that the core runs, in the order of the file; path.py.
     not_in_firmware
         ``augmented``: effects that no open-loop predictor can run; they are told, not predicted.
+    yang
+        ``yang2015``: its parameters, in the trajectory's place.
     extra
         Further keys of the file (covariance, sources, versions), kept as they are.
     """
 
-    kind: Literal["madelung", "major_curve", "augmented"]
+    kind: Literal["madelung", "major_curve", "augmented", "yang2015"]
     u_min_V: float
     u_max_V: float
     f0: tuple[float, ...] = ()
     breakpoints: tuple[tuple[float, float], ...] = ()
     blocks: tuple[Block, ...] = ()
     not_in_firmware: tuple[Block, ...] = ()
+    yang: Yang | None = None
     extra: dict[str, Any] = field(default_factory=dict)
 
     @property
@@ -71,11 +76,11 @@ class Model:
 
     def to_json(self) -> dict[str, Any]:
         """The content of model.json."""
-        curve: dict[str, Any] = (
-            {"breakpoints": [list(p) for p in self.breakpoints]}
-            if self.kind == "major_curve"
-            else {"f0": list(self.f0)}
-        )
+        curve: dict[str, Any] = {"f0": list(self.f0)}
+        if self.yang is not None:
+            curve = self.yang.to_json()
+        if self.kind == "major_curve":
+            curve = {"breakpoints": [list(p) for p in self.breakpoints]}
         if self.kind == "augmented":
             curve |= {
                 "blocks": [b.to_json() for b in self.blocks],
@@ -135,9 +140,20 @@ def model_from_json(data: object) -> Model:
             not_in_firmware=notes_from_json(data.get("not_in_firmware", [])),
             extra=extra,
         )
+    if kind == "yang2015":
+        extra = {k: v for k, v in extra.items() if k not in YANG_KEYS}
+        return yang_model(yang_from_json(data), u_min, u_max, extra)
     raise InputError(
-        f"kind is {kind!r}; this version runs 'madelung', 'major_curve' and 'augmented'"
+        f"kind is {kind!r}; this version runs 'madelung', 'major_curve', 'augmented' and 'yang2015'"
     )
+
+
+def yang_model(
+    yang: Yang, u_min_V: float, u_max_V: float, extra: dict[str, Any] | None = None
+) -> Model:
+    """A model of kind ``yang2015``; its f0 is the displacement at rest at u_min, for the blocks."""
+    rest_um = yang.at_rest_um(u_min_V)
+    return Model("yang2015", u_min_V, u_max_V, f0=(rest_um,), yang=yang, extra=extra or {})
 
 
 def _f0(data: dict[str, Any]) -> tuple[float, ...]:

@@ -18,6 +18,7 @@ from scipy.linalg import expm
 from madelung.blocks import UNLIMITED_V, Block, blocks_from_json
 from madelung.core import Chain, Core, Precision, Predictor
 from madelung.model import MARGIN_SHARE, Model
+from madelung.yang2015 import Yang, YangParams, discretise_yang
 
 Array = NDArray[np.float64]
 SHAPE_ORDER = 4
@@ -74,6 +75,8 @@ class SignalPath:
         Pure delay; steps per sample in which the command is taken as linear, at least.
     gain, offset_um
         Sensor: y' = gain (y - y(u_min)) + y(u_min) + offset.
+    yang
+        The model that stands in the trajectory's place, if it does.
     """
 
     u_min_V: float
@@ -98,6 +101,7 @@ class SignalPath:
     substeps_min: int = 1
     gain: float = 1.0
     offset_um: float = 0.0
+    yang: Yang | None = None
 
     def but(self, **changes: Any) -> SignalPath:
         """A copy with some parameters changed."""
@@ -168,7 +172,13 @@ def discretise(path: SignalPath, step_s: float) -> Chain:
         dead_band_um=path.dead_band_um or None,
         delay=_delay(path, inner_s) if path.delay_s > 0 else None,
         gain=(path.gain, path.offset_um) if path.gain != 1.0 or path.offset_um != 0.0 else None,
+        yang=_yang(path, path.yang, inner_s) if path.yang is not None else None,
     )
+
+
+def _yang(path: SignalPath, yang: Yang, step_s: float) -> YangParams:
+    u_max_V = path.u_min_V + path.range_V
+    return discretise_yang(yang, path.u_min_V, u_max_V, MARGIN_SHARE * path.range_V, step_s)
 
 
 def _lag(tau_s: float, step_s: float) -> tuple[float, float]:
@@ -255,8 +265,8 @@ def path_to_blocks(path: SignalPath, models: Mapping[str, str] | None = None) ->
 
 
 def path_of(model: Model) -> SignalPath:
-    """The signal path of a model with a polynomial f0; initial_state is not part of it."""
-    fields: dict[str, Any] = {}
+    """The signal path of any model but a ``major_curve``; initial_state is not part of it."""
+    fields: dict[str, Any] = {"yang": model.yang}
     shape = np.zeros((SHAPE_ORDER, SHAPE_ORDER))
     for block in model.blocks:
         p = block.parameters

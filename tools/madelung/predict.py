@@ -103,7 +103,7 @@ def predict(
         names = ", ".join(b.effect for b in model.not_in_firmware)
         warnings.append(f"the model knows of {names}, which no open-loop predictor can predict")
     for bit, text in (
-        (Status.EXTRAPOLATED, f"outside {model.u_min_V:g} to {model.u_max_V:g} V: f0 extrapolated"),
+        (Status.EXTRAPOLATED, _outside(model)),
         (Status.MEMORY_FULL, "with more turning points than the memory holds"),
     ):
         rows = int(np.count_nonzero(status & int(bit)))
@@ -130,6 +130,13 @@ def predict(
     )
 
 
+def _outside(model: Model) -> str:
+    volts = f"outside {model.u_min_V:g} to {model.u_max_V:g} V"
+    if model.yang is None:
+        return f"{volts}: f0 extrapolated"
+    return f"{volts}, or of harmonics above {model.yang.hz_max:g} Hz: the model extrapolated"
+
+
 def _run(
     model: Model, record: Record, precision: Precision
 ) -> tuple[NDArray[np.floating[Any]], NDArray[np.int32], NDArray[np.uint32]]:
@@ -137,7 +144,7 @@ def _run(
 
     Blocks need a uniform sample time: where rows are missing, the command is bridged linearly.
     """
-    if model.kind != "augmented":
+    if model.kind in ("madelung", "major_curve"):
         return Predictor(model, precision).run_with_status(record.u_V)
     from madelung.path import predictor  # scipy is slow to import
 

@@ -7,6 +7,7 @@ struct batch {
     mdl_chain_params params;
     mdl_chain chain;
     mdl_shape shape;
+    mdl_yang_params yang;
     mdl_tp_side left;
     mdl_tp_side right;
 };
@@ -175,6 +176,42 @@ void batch_set_gain(batch *b, mdl_real gain, mdl_real offset_um)
     b->params.gain = gain;
     b->params.offset_um = offset_um;
     switch_on(b, MDL_BLOCK_GAIN);
+}
+
+static void copy_terms(mdl_yang_params *yang, const mdl_real *terms)
+{
+    memcpy(yang->k, terms, sizeof yang->k);
+    memcpy(yang->c_um, terms + MDL_YANG_TERMS, sizeof yang->c_um);
+    memcpy(yang->m, terms + 2 * MDL_YANG_TERMS, sizeof yang->m);
+}
+
+int32_t batch_set_yang(batch *b, uint16_t count, uint16_t two_side, const mdl_real *threshold_volts,
+                       const mdl_real *weight, const mdl_real *terms, uint16_t harmonics,
+                       const mdl_real *lambda, const mdl_real *values)
+{
+    mdl_yang_params *yang = &b->yang;
+    mdl_real *const to[] = {
+        &yang->pi.cubic,     &yang->pi.linear,       &yang->pi.at_zero_um, &yang->low_volts,
+        &yang->high_volts,   &yang->margin_volts,    &yang->center_um,     &yang->hz_max,
+        &yang->hz,           &yang->amplitude_volts, &yang->turn_volts,    &yang->rate_hz,
+        &yang->filter.decay, &yang->filter.ramp,     &yang->v_scale,       &yang->widen_s};
+    size_t i;
+    if (count > MDL_PLAYS_MAX || harmonics > MDL_HARMONICS_MAX) {
+        return MDL_ERR_CAPACITY;
+    }
+    yang->pi.count = count;
+    yang->pi.two_side = two_side;
+    memcpy(yang->pi.threshold_volts, threshold_volts, count * sizeof(mdl_real));
+    memcpy(yang->pi.weight, weight, count * sizeof(mdl_real));
+    copy_terms(yang, terms);
+    yang->harmonics = harmonics;
+    memcpy(yang->lambda, lambda, harmonics * sizeof(mdl_real));
+    for (i = 0; i < sizeof to / sizeof to[0]; i++) {
+        *to[i] = values[i];
+    }
+    b->params.yang = yang;
+    switch_on(b, MDL_BLOCK_YANG);
+    return mdl_chain_init(&b->chain, &b->params, &b->left, &b->right);
 }
 
 void batch_history(batch *b, const mdl_real *u_volts, size_t n)

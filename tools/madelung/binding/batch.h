@@ -49,6 +49,19 @@ void batch_set_backlash(batch *b, mdl_real dead_band_um);
 int32_t batch_set_delay(batch *b, uint16_t whole, const mdl_real *weight);
 void batch_set_gain(batch *b, mdl_real gain, mdl_real offset_um);
 
+/**
+ * The model of Yang et al. in the trajectory's place; 0 or a negative status.
+ * @param threshold_volts, weight  count values each
+ * @param terms   coefficients of k, of c and of m, four each, ascending powers of Hz
+ * @param lambda  harmonics values
+ * @param values  16 values, in the order of mdl_pi_params and mdl_yang_params: cubic, linear,
+ *                at_zero_um; low, high and margin in volts, center_um, hz_max, hz, amplitude_volts,
+ *                turn_volts, rate_hz, decay, ramp, v_scale, widen_s
+ */
+int32_t batch_set_yang(batch *b, uint16_t count, uint16_t two_side, const mdl_real *threshold_volts,
+                       const mdl_real *weight, const mdl_real *terms, uint16_t harmonics,
+                       const mdl_real *lambda, const mdl_real *values);
+
 /** Back to rest at u_min. */
 void batch_reset(batch *b);
 
