@@ -27,7 +27,7 @@ class Effects:
     droop
         Input box. knee_V: how far below the limit the drive begins to clip; 0: hard; the knee is
         that of tanh (knee_law 0), x / sqrt(1 + x^2) (1) or 1 - exp(-x) (2). slew_fall: limit
-        while falling over that while rising. corner2_hz: a second pole. droop: the amplifier's
+        while falling over that while rising. corner2_hz: a second pole, below 5 kHz. droop: the amplifier's
         load is a capacitance that grows by this share over the range.
     bow_um, exponential_um, exponential, elbow_um, density_odd
         Asymmetry: a bow over the drive, a sine or of (exp(k v) - 1) / (exp(k) - 1); a one-sided
@@ -147,10 +147,9 @@ class Effects:
 
     @property
     def fastest_hz(self) -> float:
-        """The fastest pole that acts, Hz; 0 when none does."""
+        """The fastest pole that acts, Hz, but for corner2_hz; 0 when none does."""
         poles = [f for f, share in self.modes_hz if share]
-        corners = [f for f in (self.corner_hz, self.corner2_hz) if np.isfinite(f)]
-        return max([*poles, *corners, 0.0])
+        return max([*poles, self.corner_hz if np.isfinite(self.corner_hz) else 0.0])
 
     @property
     def modes_hz(self) -> tuple[tuple[float, float], tuple[float, float]]:
@@ -175,8 +174,8 @@ class Scene:
     bias_V
         A voltage at which some record starts.
     density_um
-        Of a unit of density_odd, density_even and density_core: the largest deviation from a
-        model with Madelung's rules, um.
+        Of a unit of density_odd, density_even, density_core and bouc_wen: the largest deviation
+        from a model with Madelung's rules, um.
     adc_step_um
         Of the sensor's converter.
     """

@@ -650,6 +650,7 @@ def make_case(
     noise_um: float | None = None,
     noise_ar: float | None = None,
     monitor: bool = False,
+    apart: bool = False,
 ) -> dict[str, Any]:
     """Write a case for `madelung diagnose` (contract: diagnose.md) and give its labels.
 
@@ -672,11 +673,15 @@ def make_case(
         Instead of the stage's.
     monitor
         Whether the records have the amplifier's output, u_meas_V.
+    apart
+        Whether to find out what each effect adds to the others.
 
     Returns
     -------
     ``effects`` and ``outside`` (names), ``parameters`` (effect to parameters), ``deviation_um``
-    (record to the rms by which all effects together change the reading), ``noise_um``, ``seed``.
+    (record to the rms by which all effects together change the reading), ``noise_um``, ``seed``;
+    ``apart_um`` (effect to record to the rms by which it changes what the sensor shows) where it
+    was asked for.
 
     Raises
     ------
@@ -712,6 +717,7 @@ def make_case(
         "deviation_um": deviation,
         "noise_um": stage.noise_um,
         "seed": seed,
+        **({"apart_um": _apart_um(stage, every, drawn, seed)} if apart else {}),
     }
 
 
@@ -721,7 +727,31 @@ def make_effects(
     """Effects of a stage and its commands by strength or parameters; see `draw_effects`."""
     if not wanted:
         return Effects(), {}
-    return draw_effects(wanted, np.random.default_rng([seed, 12]), _scene(stage, every))
+    return draw_effects(wanted, np.random.default_rng([seed, 12]), make_scene(stage, every))
+
+
+def _record_seed(seed: int, index: int) -> int:
+    return int(np.random.SeedSequence([seed, 13, index]).generate_state(1)[0])
+
+
+def _apart_um(
+    stage: Stage, every: Commands, drawn: Mapping[str, Parameters], seed: int
+) -> dict[str, dict[str, float]]:
+    """See `make_case`."""
+    together = {k: v for one in drawn.values() for k, v in one.items()}
+    found: dict[str, dict[str, float]] = {name: {} for name in drawn}
+    for index, record in enumerate(every):
+
+        def shown(keys: Mapping[str, float], index: int = index, record: str = record) -> Floats:
+            effects = Effects(**dict(keys))  # type: ignore[arg-type]
+            acting = effects.at_identification() if record == "identify" else effects
+            return _shown(stage, acting, every[record], _record_seed(seed, index))[0]
+
+        whole = shown(together)
+        for name, own in drawn.items():
+            rest = shown({k: v for k, v in together.items() if k not in own})
+            found[name][record] = float(np.sqrt(np.mean((whole - rest) ** 2)))
+    return found
 
 
 def _write_case(
@@ -740,7 +770,7 @@ def _write_case(
     deviation = {}
     for index, (name, command) in enumerate(every.items()):
         acting = effects.at_identification() if name == "identify" else effects
-        own_seed = int(np.random.SeedSequence([seed, 13, index]).generate_state(1)[0])
+        own_seed = _record_seed(seed, index)
         t = command.time_s
         u = drive(stage, command, t)
         shown, drive_V = _shown(stage, acting, command, own_seed)
@@ -773,7 +803,8 @@ def random_stage(seed: int) -> Stage:
     )
 
 
-def _scene(stage: Stage, every: Commands) -> Scene:
+def make_scene(stage: Stage, every: Commands) -> Scene:
+    """What the sizes of effects are measured against, of a stage and its commands."""
     return Scene(
         stage.u_min_V,
         stage.u_max_V,
@@ -789,11 +820,12 @@ def _scene(stage: Stage, every: Commands) -> Scene:
 
 @cache
 def _density_um(stage: Stage) -> dict[str, float]:
-    """See `Scene.density_um`; the deviations are proportional to the densities."""
+    """See `Scene.density_um`; the deviations are proportional to densities and shares."""
     unit = {
         "density_odd": _asymmetry_um(stage, Effects(density_odd=0.5)),
         "density_even": _non_masing_um(stage, Effects(density_even=0.5)),
         "density_core": _non_masing_um(stage, Effects(density_core=0.5)),
+        "bouc_wen": _non_masing_um(stage, Effects(bouc_wen=0.5)),
     }
     return {name: size / 0.5 for name, size in unit.items()}
 
