@@ -27,8 +27,8 @@ class Effects:
     droop
         Input box. knee_V: how far below the limit the drive begins to clip; 0: hard; the knee is
         that of tanh (knee_law 0), x / sqrt(1 + x^2) (1) or 1 - exp(-x) (2). slew_fall: limit
-        while falling over that while rising. corner2_hz: a second pole, below 5 kHz. droop: the amplifier's
-        load is a capacitance that grows by this share over the range.
+        while falling over that while rising. corner2_hz: a second pole, below 5 kHz. droop: the
+        amplifier's load is a capacitance that grows by this share over the range.
     bow_um, exponential_um, exponential, elbow_um, density_odd
         Asymmetry: a bow over the drive, a sine or of (exp(k v) - 1) / (exp(k) - 1); a one-sided
         dead zone behind the hysteresis, from mid-range on; or a relay density that is tilted

@@ -743,7 +743,7 @@ def _apart_um(
     for index, record in enumerate(every):
 
         def shown(keys: Mapping[str, float], index: int = index, record: str = record) -> Floats:
-            effects = Effects(**dict(keys))  # type: ignore[arg-type]
+            effects = Effects(**dict(keys))
             acting = effects.at_identification() if record == "identify" else effects
             return _shown(stage, acting, every[record], _record_seed(seed, index))[0]
 
