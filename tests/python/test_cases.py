@@ -406,7 +406,7 @@ def test_command_writes_the_next_experiment(waveform: str, tmp_path: Path) -> No
 @pytest.mark.parametrize("text", ["", "{}", '{"next_experiment": null}'])
 def test_command_needs_a_next_experiment(text: str, tmp_path: Path) -> None:
     (diagnosis := tmp_path / "diagnosis.json").write_text(text)
-    with pytest.raises(InputError, match="no next experiment|not a JSON file"):
+    with pytest.raises(InputError, match=r"no next experiment|not a JSON file"):
         run("--from", str(diagnosis), "-o", str(tmp_path / "next.csv"))
 
 

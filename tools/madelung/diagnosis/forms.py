@@ -312,7 +312,7 @@ def _mechanics_forms(s: Scales) -> list[Form]:
             (*mode(1, True), *mode(2, True)),
             lambda _: [
                 {"share1": 0.9, "share2": 0.1, "zeta2": 0.03, "fn2_hz": f}
-                for f in np.geomspace(20.0, min(f_max, 3000.0), 20)
+                for f in np.geomspace(20.0, min(f_max, 3000.0), 80)
             ],
             path=modes(1, 2),
             refines=True,

@@ -40,6 +40,13 @@ SIZE_MAX = 3
 ROUGH_ITERATIONS = 3
 STARTS_PER_TRY = 12
 TRIES_MAX = 4
+EXCHANGE_TRIES = 2
+EXCHANGE_SLACK = 0.3
+"""A form that is this share of the excess worse after a few steps is not fitted to the end."""
+LINE_SPREAD = 2.0
+"""A line whose amplitude differs by more than this from the records' median is no disturbance."""
+LINE_SEEN = 8.0
+"""... in records where that median is so many standard errors."""
 BANDS = 14
 STRETCH_ROWS = 64
 EXCESS_MIN = 0.05
@@ -133,34 +140,44 @@ class Engine:
         return [f for f in ranked if f.cost - self.problem.rows <= limit]
 
     def _refined(self, fit: Fit) -> Fit:
-        """With richer forms of its effects, where these are proven."""
+        """With other or richer forms of its effects, where these are better.
+
+        The form that fits best alone need not fit best beside other effects.
+        """
         for effect in sorted(fit.effects):
-            for form in self.forms:
-                old = next((f for f in fit.forms if f.effect == effect), None)
-                if old is None or not form.refines or form.effect != effect:
-                    continue
-                if set(old.keys) <= set(form.keys):
+            for form in [f for f in self.forms if f.effect == effect]:
+                old = next(f for f in fit.forms if f.effect == effect)
+                richer = set(old.keys) <= set(form.keys)
+                if form is not old and (richer or not form.refines):
                     fit = self._exchanged(fit, old, form)
         return fit
 
     def _exchanged(self, fit: Fit, old: Form, form: Form) -> Fit:
-        """With a richer form in place of another, if it is proven; else as it was."""
+        """With another form of an effect in place of one, if it is better; else as it was."""
         rest = tuple(f for f in fit.forms if f is not old)
         forms = tuple(form if f is old else f for f in fit.forms)
         probe = Probe(self.problem, self.problem.fit(fit.forms, fit.values, fit.beta, 1))
+        others = {k: v for k, v in fit.values.items() if k not in form.keys}
+        kept = {k: v for k, v in fit.values.items() if k in form.keys}
 
         def worth(values: dict[str, float]) -> float:
             return probe.gain(probe.difference((*rest, form), values))
 
-        starts = [start | fit.values for start in form.starts(self.problem.scales)]
-        start = starts[int(np.argmax(self._map(worth, starts)))]
-        rough = self.problem.fit(forms, start, fit.beta, 3)
-        if rough.cost > fit.cost - GAIN_MIN:
+        from_start = [others | start for start in form.starts(self.problem.scales)]
+        starts = [s for s in from_start if all(k in s for k in form.keys)]
+        starts += [start | kept for start in from_start if kept]
+        gains = self._map(worth, starts)
+        best = sorted(range(len(starts)), key=lambda i: (-gains[i], i))[:EXCHANGE_TRIES]
+        rough = min(
+            self._map(lambda i: self.problem.fit(forms, starts[i], fit.beta, 3), best),
+            key=lambda f: f.cost,
+        )
+        if rough.cost > fit.cost + EXCHANGE_SLACK * abs(fit.cost - self.problem.rows):
             return fit
-        best = self._slim(self.problem.fit(forms, rough.values, rough.beta))
-        extra = max(len(best.params) - len(fit.params), 0)
-        proven = self.gain(fit, best) > GAIN_MIN + GAIN_PER_PARAM * extra
-        return self._keep(best) if proven else fit
+        new = self._slim(self.problem.fit(forms, rough.values, rough.beta))
+        extra = max(len(new.params) - len(fit.params), 0)
+        proven = self.gain(fit, new) > (GAIN_MIN if extra else 0.0) + GAIN_PER_PARAM * extra
+        return self._keep(new) if proven else fit
 
     # -- one level ----------------------------------------------------------------------------
 
@@ -204,10 +221,12 @@ class Engine:
                 tries,
             )
         )
+        rough = [f for f in rough if _steady(self.problem, f)]
         if not rough:
             return []
         near = self._front(rough)
         fine = self._map(lambda f: self._slim(self.problem.fit(f.forms, f.values, f.beta)), near)
+        fine = [f for f in fine if _steady(self.problem, f)]
         return [f for f in rough if not any(f is g for g in near)] + fine
 
     @staticmethod
@@ -290,6 +309,31 @@ class Engine:
                 break
             fit = min(needless, key=self.score)
         return fit
+
+
+def _steady(problem: Problem, fit: Fit) -> bool:
+    """Whether each line of a periodic disturbance has one amplitude in all records that show it.
+
+    What the command causes, and a model that is not quite right, differ from record to record.
+    """
+    forms = [f for f in fit.forms if f.effect == "periodic_disturbance"]
+    keys = [k for f in forms for k in f.keys if k.startswith("cos")]
+    traces = {t.name: t for t in problem.traces if t.role == "train"}
+    for line in {k.split(":", 1)[0][3:] for k in keys}:
+        freq = fit.values[f"freq{line}_hz"]
+        amps, errors = [], []
+        for name, trace in traces.items():
+            amps.append(
+                np.hypot(fit.values[f"cos{line}:{name}"], fit.values[f"sin{line}:{name}"])
+            )
+            density = problem.noise.spectrum(np.array([freq]), trace.step_s)[0]
+            errors.append(np.sqrt(2 * density / max(int(trace.use.sum()), 1)))
+        typical = float(np.median(amps))
+        seen = typical > LINE_SEEN * np.array(errors)
+        spread = np.array(amps)[seen] / typical
+        if np.any(spread < 1 / LINE_SPREAD) or np.any(spread > LINE_SPREAD):
+            return False
+    return True
 
 
 def _spread_gain(old: Fit, new: Fit) -> float:
