@@ -197,6 +197,8 @@ def test_how_far_in_a_sentence() -> None:
         ("dead_band_um", ("dead band", "um")),
         ("creep_per_decade", ("creep", "of the step per decade of time")),
         ("zeta", ("zeta", "")),
+        ("freq_hz_2", ("freq 2", "Hz")),
+        ("gain_at_0.0316_s", ("gain at 0.0316 s", "")),
     ],
 )
 def test_units_of_keys(key: str, split: tuple[str, str]) -> None:
@@ -222,7 +224,7 @@ def test_terminal_tells_what_matters() -> None:
     d["next_experiment"] = {"waveform": "steps", "rate_hz": 200.0, "why": "creep and drift differ"}
     text = " ".join(text_of(d, 100).split())
     assert "83 % of the gap lies where the command moves faster than 500 V/s" in text
-    assert "delay: delay = 0.0004 s (95 %: 0.00036 to 0.00044)" in text
+    assert "delay: delay = 0.4 ms (95 %: 0.36 to 0.44)" in text
     assert "switch the creep block on" in text
     assert "Next experiment: creep and drift differ: waveform steps, rate 200 Hz" in text
     assert "Data faults: 1 in one record" in text
@@ -248,10 +250,11 @@ def test_page_tells_everything(tmp_path: Path) -> None:
         d["where"][0]["sentence"],
         sentence_of_shrink(d),
         "switch the creep block on",
-        "0.00036 to 0.00044",
+        "look for buffers in the converters",
+        "0.36 to 0.44",
         "slew limit",
-        "rate > 500 V/s",
-        "1.2e-05 s",
+        "rate ≥ 500 V/s",
+        "delay 12 us",
         "not at any size",
         "7 to 19",
         "madelung diagnose CASE_DIR -o OUT_DIR --seed 5",
@@ -267,7 +270,8 @@ def test_page_holds_its_pictures_and_needs_nothing_else(drawn: Path) -> None:
     assert held == [(drawn / f"{name}.png").read_bytes() for name in NAMES]
     html = (drawn / "report.html").read_text(encoding="utf-8")
     assert "http:" not in html and "https:" not in html and "url(" not in html
-    assert not [tag for tag, _ in page.tags if tag in ("script", "link", "iframe")]
+    assert not [tag for tag, _ in page.tags if tag in ("link", "iframe", "object")]
+    assert not [a for tag, a in page.tags if tag == "script" and "src" in a]
 
 
 def test_hostile_names_are_shown_and_not_run(tmp_path: Path) -> None:
@@ -280,14 +284,28 @@ def test_hostile_names_are_shown_and_not_run(tmp_path: Path) -> None:
     d["warnings"] = [HOSTILE]
     d["command"] = HOSTILE
     d["next_experiment"] = {HOSTILE: HOSTILE}
-    page = page_of(tmp_path, d)
-    assert {t for t, _ in page.tags} <= {
-        *("html", "head", "meta", "title", "style", "body", "h1", "h2", "div", "p", "table"),
-        *("tr", "th", "td", "figure", "img", "figcaption", "code"),
-    }
+    d["records"] = [{"file": HOSTILE, "role": "train", "rows": 1, "rate_hz": 1.0, "seconds": 1.0}]
+    d["ranking"].append(entry(HOSTILE, 0.1, 0.1, **{HOSTILE: 1.0}))
+    d["detectable"][HOSTILE] = 1.0
+    write_report(tmp_path, d, views(), NOISE)
+    page = Page((tmp_path / "report.html").read_text(encoding="utf-8"))
+    assert [t for t, _ in page.tags].count("script") == 3
+    assert {t for t, _ in page.tags} <= set(
+        "html head meta title style body header nav main section h1 h2 h3 div span p a ul li table "
+        "tr th td figure img figcaption code label select button noscript script".split()
+    )
     assert not [a for _, a in page.tags if any(k.startswith("on") for k in a)]
-    assert page.text.count("<script>alert(1)</script>") >= 7
+    assert page.text.count("<script>alert(1)</script>") >= 10
     assert "\x1b" not in page.text and "{{7*7}}" in page.text
+
+
+def test_huge_texts_are_cut(tmp_path: Path) -> None:
+    d = diagnosis()
+    d["case"] = {"device": "x" * 1_000_000, "y" * 1_000_000: 1.0}
+    d["warnings"] = ["z" * 1_000_000]
+    page = page_of(tmp_path, d)
+    assert len(page.text) < (tmp_path / "report.html").stat().st_size < 2.5e6
+    assert "x" * 100 in page.text and "x" * 3000 not in page.text
 
 
 @pytest.mark.parametrize("status", ["ambiguous", "unknown"])
@@ -295,7 +313,7 @@ def test_page_of_every_verdict(tmp_path: Path, status: str) -> None:
     d = changed(status, candidates=["creep", "drift"])
     page = page_of(tmp_path, d)
     assert sentence_of_verdict(d) in page.text
-    assert ("div", {"class": f"verdict {status}"}) in page.tags
+    assert ("div", {"class": f"answer {status}"}) in page.tags
     assert "take the drift out of the record" in page.text
 
 

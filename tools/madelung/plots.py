@@ -121,15 +121,30 @@ def _every(size: int) -> NDArray[np.intp]:
     return np.unique(np.linspace(0, size - 1, min(size, POINTS_MAX)).astype(np.intp))
 
 
-def extremes(values: Floats) -> NDArray[np.intp]:
-    """Rows of the lowest and highest value of every stretch, so that no peak is lost."""
-    if values.size <= POINTS_MAX:
-        return np.arange(values.size)
-    length = -(-2 * values.size // POINTS_MAX)
-    parts = np.pad(values, (0, -values.size % length), mode="edge").reshape(-1, length)
-    starts = np.arange(parts.shape[0]) * length
-    low, high = starts + parts.argmin(axis=1), starts + parts.argmax(axis=1)
-    return np.unique(np.concatenate((low, high, [0, values.size - 1])))
+def extremes(*channels: Floats, points: int = POINTS_MAX) -> NDArray[np.intp]:
+    """Rows that keep the lowest and highest value of every stretch, so that no peak is lost.
+
+    Parameters
+    ----------
+    channels
+        One or more, each (n,).
+    points
+        About how many rows are left at most.
+
+    Returns
+    -------
+    Row numbers, rising; the first and the last row are among them.
+    """
+    size = channels[0].size
+    if size <= points:
+        return np.arange(size)
+    length = -(-2 * len(channels) * size // points)
+    starts = np.arange(0, size, length)
+    rows = [np.array([0, size - 1])]
+    for values in channels:
+        parts = np.pad(values, (0, -size % length), mode="edge").reshape(-1, length)
+        rows += [starts + parts.argmin(axis=1), starts + parts.argmax(axis=1)]
+    return np.unique(np.concatenate(rows))
 
 
 def draw_over_time(axes: Axes, t: Floats, values: Floats, **style: object) -> None:

@@ -16,7 +16,7 @@ import scipy
 
 from madelung import __version__
 from madelung.blocks import Block
-from madelung.diagnosis.case import Case
+from madelung.diagnosis.case import Case, Trace
 from madelung.diagnosis.diagnose import Diagnosis
 from madelung.diagnosis.holdout import Prediction
 from madelung.diagnosis.parameters import reported
@@ -40,6 +40,7 @@ def write(out: Path, case: Case, found: Diagnosis, command: str, seed: int) -> d
     """
     content = found.content | {
         "case": {"device": case.device, "u_min_V": case.u_min_V, "u_max_V": case.u_max_V},
+        "records": [_file(t) for t in (case.identify, *case.train, *case.holdout)],
         "seed": seed,
         "command": command,
         "versions": {
@@ -56,9 +57,21 @@ def write(out: Path, case: Case, found: Diagnosis, command: str, seed: int) -> d
         for p in found.predictions:
             if p.trace.role == "holdout":
                 write_columns(part / "holdout" / f"{p.trace.name}.csv", _columns(p))
-        draw(part, [_view(p) for p in found.predictions], found.noise, content)
-        write_report(part, content)
+        views = [_view(p) for p in found.predictions]
+        draw(part, views, found.noise, content)
+        write_report(part, content, views, found.noise)
     return content
+
+
+def _file(trace: Trace) -> dict[str, Any]:
+    """A record that was read, for who wants to know what the diagnosis rests on."""
+    return {
+        "file": Path(trace.record.name).name,
+        "role": trace.role,
+        "rows": trace.record.t_s.size,
+        "rate_hz": 1.0 / trace.step_s,
+        "seconds": trace.u_V.size * trace.step_s,
+    }
 
 
 @contextmanager

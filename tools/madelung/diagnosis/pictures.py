@@ -91,15 +91,19 @@ def draw(out: Path, views: Sequence[View], noise: Noise, diagnosis: Mapping[str,
     InputError
         The folder cannot be written.
     """
-    shown = _worst_first(views)
+    shown = worst_first(views)
     _draw_gap(out / "gap.png", shown[0], noise)
     _draw_loops(out / "loops.png", shown[:LOOPS_MAX])
-    train = [v for v in views if v.role == "train"] or list(views)
-    _draw_where(out / "where.png", train, noise, diagnosis)
+    _draw_where(out / "where.png", train_of(views), noise, diagnosis)
     _draw_ranking(out / "ranking.png", diagnosis)
 
 
-def _worst_first(views: Sequence[View]) -> list[View]:
+def train_of(views: Sequence[View]) -> list[View]:
+    """Train records, in which the gap is looked for; all where none is one."""
+    return [v for v in views if v.role == "train"] or list(views)
+
+
+def worst_first(views: Sequence[View]) -> list[View]:
     """Hold-out records before the others, each by its gap."""
     return sorted(views, key=lambda v: (v.role != "holdout", -float(np.std(v.before_um))))
 
@@ -127,7 +131,7 @@ def _draw_gap(path: Path, view: View, noise: Noise) -> None:
     label_axes(rest, "What each prediction misses", "", "error (um)")
     _legend_above(rest)
     rest.set_xlim(*whole.get_xlim())
-    near = _near_worst(view)
+    near = near_worst(view)
     _errors(zoom, view, near, noise)
     command = zoom.twinx()
     draw_over_time(command, view.t_s[near], view.u_V[near], color=FLOOR, lw=0.8, ls=":")
@@ -163,7 +167,7 @@ def _legend_above(axes: Axes) -> None:
     )
 
 
-def _near_worst(view: View) -> slice:
+def near_worst(view: View) -> slice:
     """Rows from some turns of the command before the largest error to some after it."""
     sense = senses(view.u_V)
     turns = np.concatenate([[0], np.flatnonzero(np.diff(sense)), [view.u_V.size - 1]])
@@ -203,10 +207,9 @@ def _draw_where(
     figure = new_figure()
     shares, place, spectrum, turn = figure.subplots(2, 2).flat
     _draw_shares(shares, diagnosis.get("where", []))
-    mean = float(np.mean(np.concatenate([v.before_um for v in views])))
-    _draw_map(place, views, mean)
-    _draw_spectrum(spectrum, views, noise, mean)
-    _draw_since_turn(turn, views, noise, mean)
+    _draw_map(place, views)
+    _draw_spectrum(spectrum, views, noise)
+    _draw_since_turn(turn, views, noise)
     save_figure(path, figure)
 
 
@@ -234,18 +237,23 @@ def region_label(region: Mapping[str, Any]) -> str:
         return f"record {printable(low)[:24]}"
     if isinstance(low, str) or high is None:
         return f"{axis}: {str(low).replace('_', ' ')}"
-    ends = {"above": f"> {low:.4g}", "below": f"< {high:.4g}"}
+    ends = {"above": f"≥ {low:.4g}", "below": f"≤ {high:.4g}"}
     said = f"{axis} {ends.get(side, f'{low:.4g} to {high:.4g}')} {region['unit']}".rstrip()
     return f"{said} in {printable(region['record'])[:24]}" if "record" in region else said
 
 
-def _draw_map(axes: Axes, views: Sequence[View], mean: float) -> None:
-    """Rms of the gap over input and rate; the lowest row holds all slower rates, rest included."""
-    from matplotlib.colors import LogNorm
+def gap_map(views: Sequence[View]) -> tuple[Array, Array, Array]:
+    """Rms of the gap over input and rate.
 
+    Returns
+    -------
+    Edges in V, (k + 1,); edges in V/s, (k + 1,), on a logarithmic axis, all slower rates, rest
+    included, in the lowest; rms in um, (k, k), NaN where no row was. The gap's mean over all
+    views is taken away.
+    """
     u = np.concatenate([v.u_V for v in views])
     rate = np.concatenate([np.abs(np.gradient(v.u_V, v.step_s)) for v in views])
-    gap2 = (np.concatenate([v.before_um for v in views]) - mean) ** 2
+    gap2 = (np.concatenate([v.before_um for v in views]) - mean_gap(views)) ** 2
     top = max(float(rate.max()), 1e-9)
     bottom = max(float(np.quantile(rate, 0.02)), top / RATES_RATIO)
     edges = (
@@ -256,18 +264,41 @@ def _draw_map(axes: Axes, views: Sequence[View], mean: float) -> None:
     count = np.histogram2d(u, rate, edges)[0]
     held = np.histogram2d(u, rate, edges, weights=gap2)[0]
     rms = np.sqrt(np.divide(held, count, out=np.full_like(held, np.nan), where=count > 0))
+    return (*edges, rms)
+
+
+def map_limits(rms: Array) -> tuple[float, float]:
+    """Lowest and highest rms, um, of the colours of `gap_map`."""
     good = rms[rms > 0]
     high = float(good.max()) if good.size else 1.0
     low = max(float(np.quantile(good, 0.05)), 1e-3 * high) if good.size else 0.1
-    norm = LogNorm(min(low, 0.9 * high), high)
-    drawn = axes.pcolormesh(*edges, rms.T, cmap="cividis", norm=norm)
+    return min(low, 0.9 * high), high
+
+
+def mean_gap(views: Sequence[View]) -> float:
+    """Of measured less baseline over all rows, um."""
+    return float(np.mean(np.concatenate([v.before_um for v in views])))
+
+
+def _draw_map(axes: Axes, views: Sequence[View]) -> None:
+    from matplotlib.colors import LogNorm
+
+    u, rate, rms = gap_map(views)
+    norm = LogNorm(*map_limits(rms))
+    drawn = axes.pcolormesh(u, rate, rms.T, cmap="cividis", norm=norm)
     axes.set_yscale("log")
     axes.figure.colorbar(drawn, ax=axes).set_label("rms (um)")
     label_axes(axes, "Gap over command and rate", "command u (V)", "rate, magnitude (V/s)")
 
 
-def _draw_spectrum(axes: Axes, views: Sequence[View], noise: Noise, mean: float) -> None:
-    """Amplitude density of the gap before and after, and of the noise, over all records."""
+def spectra(views: Sequence[View], noise: Noise) -> tuple[Array, Array]:
+    """Amplitude densities over all records.
+
+    Returns
+    -------
+    Frequencies in Hz, (k,); the error before, after, and the noise floor in um / sqrt(Hz), (3, k).
+    """
+    mean = mean_gap(views)
     low = min(1.0 / (v.t_s.size * v.step_s) for v in views)
     high = max(0.5 / v.step_s for v in views)
     edges = np.geomspace(low, high, BINS_SPECTRUM + 1)
@@ -279,11 +310,14 @@ def _draw_spectrum(axes: Axes, views: Sequence[View], noise: Noise, mean: float)
         each = (np.ones_like(freq), before, _power(view.after_um, view.step_s)[1], floor)
         sums += [np.bincount(at, w, BINS_SPECTRUM) for w in each]
     good = sums[0] > 0
-    centre = np.sqrt(edges[1:] * edges[:-1])[good]
+    return np.sqrt(edges[1:] * edges[:-1])[good], np.sqrt(sums[1:, good] / sums[0, good])
+
+
+def _draw_spectrum(axes: Axes, views: Sequence[View], noise: Noise) -> None:
+    freq, densities = spectra(views, noise)
     lines = ((BEFORE, 1.2, "baseline"), (AFTER, 1.0, "augmented"), (FLOOR, 2.0, "noise floor"))
-    for held, (colour, width, label) in zip(sums[1:], lines, strict=True):
-        density = np.sqrt(held[good] / sums[0][good])
-        axes.loglog(centre, density, color=colour, lw=width, label=label)
+    for density, (colour, width, label) in zip(densities, lines, strict=True):
+        axes.loglog(freq, density, color=colour, lw=width, label=label)
     label_axes(axes, "Spectrum", "frequency (Hz)", "error (um / √Hz)")
 
 
@@ -296,7 +330,13 @@ def _power(error_um: Array, step_s: float) -> tuple[Array, Array]:
     return rfftfreq(n, step_s)[1:], density[1:]
 
 
-def _draw_since_turn(axes: Axes, views: Sequence[View], noise: Noise, mean: float) -> None:
+def after_turns(views: Sequence[View]) -> tuple[Array, Array]:
+    """Error over the time since the last turn of the command.
+
+    Returns
+    -------
+    Times in s, (k,); rms of the error before and after in um, (2, k).
+    """
     since = np.concatenate([since_turn_s(v.u_V, v.step_s) for v in views])
     moved = since > 0
     since = since[moved]
@@ -304,13 +344,16 @@ def _draw_since_turn(axes: Axes, views: Sequence[View], noise: Noise, mean: floa
     at = np.searchsorted(edges, since, side="right") - 1
     count = np.bincount(at, minlength=BINS_PROFILE)
     good = count > 0
-    centre = np.sqrt(edges[1:] * edges[:-1])[good]
-    before = np.concatenate([v.before_um for v in views]) - mean
+    before = np.concatenate([v.before_um for v in views]) - mean_gap(views)
     after = np.concatenate([v.after_um for v in views])
-    for error, colour, label in ((before, BEFORE, "baseline"), (after, AFTER, "augmented")):
-        held = np.bincount(at, error[moved] ** 2, BINS_PROFILE)
-        rms = np.sqrt(held[good] / count[good])
-        axes.loglog(centre, rms, ".-", color=colour, lw=1, label=label)
+    sums = np.stack([np.bincount(at, e[moved] ** 2, BINS_PROFILE)[good] for e in (before, after)])
+    return np.sqrt(edges[1:] * edges[:-1])[good], np.sqrt(sums / count[good])
+
+
+def _draw_since_turn(axes: Axes, views: Sequence[View], noise: Noise) -> None:
+    since, errors = after_turns(views)
+    for rms, colour, label in zip(errors, (BEFORE, AFTER), ("baseline", "augmented"), strict=True):
+        axes.loglog(since, rms, ".-", color=colour, lw=1, label=label)
     axes.axhline(noise.rms_um, color=FLOOR, lw=2, label="noise floor")
     label_axes(axes, "Error after a turn of the command", "time since the turn (s)", "rms (um)")
 

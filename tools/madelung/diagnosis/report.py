@@ -1,20 +1,25 @@
 """The diagnosis for people: sentences, at most twenty lines for a terminal, and report.html.
 
 Beside the keys of diagnosis.schema.json these are shown where they are there: ``case`` (object or
-text), ``versions``, ``seed``, ``command``, ``warnings``, ``where[].sentence``, ``ranking[].gain``,
-``shrink.regions[]`` with ``rms_before_um`` and ``rms_after_um``, and everything in
-``next_experiment``.
+text), ``records``, ``versions``, ``seed``, ``command``, ``warnings``, ``where[].sentence``,
+``ranking[].rms_um_ci95``, ``shrink.regions[]`` with ``rms_before_um`` and ``rms_after_um``, and
+everything in ``next_experiment``.
 """
 
 from __future__ import annotations
 
+import re
 from base64 import b64encode
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from madelung.diagnosis.pictures import NAMES, in_percent, printable, region_label
+from madelung.diagnosis.figures import DARK, figures, records
+from madelung.diagnosis.noise import Noise
+from madelung.diagnosis.page import render
+from madelung.diagnosis.pictures import NAMES, View, in_percent, printable, region_label
+from madelung.diagnosis.remedies import ACTIONS, KINDS, Action
 from madelung.diagnosis.vocabulary import EFFECTS
 from madelung.files import write_atomically
 
@@ -35,6 +40,17 @@ UNITS = {
     "V": "V",
     "s": "s",
 }
+FREE_UNITS = {"asymmetry": "um", "non_masing": "um", "rate_dependence": "um", "drift": "um/s"}
+"""Units of `detectable` for effects whose parameters' keys the contract leaves free."""
+STATUS = {
+    "identified": "Identified",
+    "ambiguous": "Ambiguous",
+    "unknown": "Unknown cause",
+    "no_gap": "No gap",
+}
+NAME_MAX = 120
+TEXT_MAX = 2000
+"""Characters of a name and of a text from outside that the page shows."""
 CAPTIONS = {
     "gap": "What was measured and predicted, and what each prediction misses, in time.",
     "loops": "The same as loops over the command.",
@@ -140,11 +156,13 @@ class Quantity:
 
 
 def split_unit(key: str) -> tuple[str, str]:
-    """Name and unit of a parameter's key."""
-    for suffix, unit in UNITS.items():
-        if key.endswith(f"_{suffix}"):
-            return key.removesuffix(f"_{suffix}").replace("_", " "), unit
-    return key.replace("_", " "), ""
+    """Name and unit of a parameter's key; a number at its end tells equals apart (freq_hz_2)."""
+    key, number = re.fullmatch(r"(.*?)(_\d+)?", key).groups("")  # type: ignore[union-attr]
+    if "_at_" not in key:  # gain_at_10_s is no time
+        for suffix, unit in UNITS.items():
+            if key.endswith(f"_{suffix}"):
+                return f"{key.removesuffix(f'_{suffix}')}{number}".replace("_", " "), unit
+    return f"{key}{number}".replace("_", " "), ""
 
 
 def named_effects(diagnosis: Diagnosis) -> list[str]:
@@ -166,45 +184,87 @@ def quantities(diagnosis: Diagnosis) -> list[Quantity]:
 
 def _quantity(effect: str, key: str, found: Mapping[str, Any]) -> Quantity:
     name, unit = split_unit(key)
-    ci95 = found["ci95"]
-    between = f"{_number(ci95[0])} to {_number(ci95[1])}" if ci95 else "-"
-    return Quantity(spoken(effect), name, _number(found["value"]), between, unit)
+    value, ci95 = found["value"], found["ci95"]
+    factor, unit = _scale(value, unit)
+    between = f"{_number(ci95[0], factor)} to {_number(ci95[1], factor)}" if ci95 else "-"
+    return Quantity(spoken(effect), name, _number(value, factor), between, unit)
 
 
-def _number(value: Any) -> str:
+def _scale(value: object, unit: str) -> tuple[float, str]:
+    """Short times in ms or us: the factor to the value and the unit."""
+    if unit == "s" and isinstance(value, int | float) and 0 < abs(value) < 1:
+        return (1e3, "ms") if abs(value) >= 1e-4 else (1e6, "us")
+    return 1.0, unit
+
+
+def _number(value: Any, factor: float = 1.0) -> str:
     if isinstance(value, Sequence) and not isinstance(value, str):
-        return ", ".join(_number(v) for v in value)
+        return ", ".join(_number(v, factor) for v in value)
     if isinstance(value, int | float) and not isinstance(value, bool):
-        return f"{value:.5g}"
-    return printable(value)
+        return f"{factor * value:.5g}"
+    return short(value, TEXT_MAX)
 
 
-def remedies(diagnosis: Diagnosis) -> list[tuple[str, str, str]]:
-    """Effect, what it is, what to do, for the effects that the verdict names."""
-    known = [EFFECTS[e] for e in named_effects(diagnosis) if e in EFFECTS]
-    return [(spoken(e.name), e.what, e.remedy) for e in known]
+def short(text: object, length: int = NAME_MAX) -> str:
+    """A text from outside, printable and of bounded length."""
+    said = printable(str(text)[: length + 1])
+    return said if len(said) <= length else f"{said[:length]}\N{HORIZONTAL ELLIPSIS}"
+
+
+@dataclass(frozen=True)
+class Cause:
+    """An effect that the verdict names: what it is, its size, what to do about it."""
+
+    name: str
+    what: str
+    size: str
+    actions: tuple[Action, ...]
+    proven: bool
+
+
+def causes(diagnosis: Diagnosis) -> list[Cause]:
+    """The effects that the verdict names, as far as they are of the vocabulary."""
+    known = reversed(quantities(diagnosis))
+    sizes = {q.effect: f"{q.name} {q.value} {q.unit}".strip() for q in known}
+    proven = diagnosis["verdict"]["effects"]
+    return [
+        Cause(spoken(e), EFFECTS[e].what, sizes.get(spoken(e), ""), ACTIONS[e], e in proven)
+        for e in named_effects(diagnosis)
+        if e in EFFECTS
+    ]
 
 
 def unseen(diagnosis: Diagnosis) -> list[tuple[str, str]]:
     """Effect and the smallest size that the campaign could reveal."""
     rows = []
     for effect, size in diagnosis.get("detectable", {}).items():
-        keys = EFFECTS[effect].keys if effect in EFFECTS else ()
-        unit = split_unit(keys[0])[1] if keys else ""
         value = size.get("value") if isinstance(size, Mapping) else size
+        name, unit = _first_key(effect)
         unit = str(size.get("unit", unit)) if isinstance(size, Mapping) else unit
-        known = isinstance(value, int | float)
-        rows.append(
-            (spoken(effect), f"{value:.3g} {unit}".rstrip() if known else "not at any size")
-        )
+        said = "not at any size"
+        if isinstance(value, int | float):
+            factor, unit = _scale(value, unit)
+            said = " ".join(f"{name} {digits(factor * value)} {unit}".split())
+        rows.append((spoken(effect), said))
     return rows
+
+
+def digits(value: float, count: int = 3) -> str:
+    """Significant digits, without an exponent where the number is not that large."""
+    return f"{float(f'{value:.{count}g}'):.{max(count, 6)}g}"
+
+
+def _first_key(effect: str) -> tuple[str, str]:
+    """Name and unit of an effect's first parameter."""
+    keys = EFFECTS[effect].keys if effect in EFFECTS else ()
+    return split_unit(keys[0]) if keys else ("", FREE_UNITS.get(effect, ""))
 
 
 def _entries(value: Mapping[str, Any]) -> list[tuple[str, str]]:
     """What an object of unknown keys says, a row per key, with the units that the keys carry."""
     rows = []
     for key, held in value.items():
-        name, unit = split_unit(printable(key))
+        name, unit = split_unit(short(key))
         inner = _inline(held) if isinstance(held, Mapping) else _number(held)
         rows.append((name, f"{inner} {unit}".strip()))
     return rows
@@ -245,9 +305,8 @@ def terminal(diagnosis: Diagnosis) -> _Lines:
     ]
     for q in quantities(diagnosis)[:4]:
         said.append((f"  {q.effect}: {q.said}", "cyan"))
-    said += [
-        (f"Do: {spoken_effect}: {todo}.", "") for spoken_effect, _, todo in remedies(diagnosis)
-    ]
+    for cause in causes(diagnosis):
+        said.append((f"Do: {cause.name}: {'; or '.join(a.what for a in cause.actions)}.", ""))
     following = sentence_of_next(diagnosis)
     if following:
         said.append((f"Next experiment: {following}", "yellow"))
@@ -263,61 +322,144 @@ def terminal(diagnosis: Diagnosis) -> _Lines:
 # -- page -------------------------------------------------------------------------------------
 
 
-def write_report(out: Path, diagnosis: Diagnosis) -> None:
-    """Write OUT/report.html, one page that needs no other file.
+def write_report(
+    out: Path, diagnosis: Diagnosis, views: Sequence[View] = (), noise: Noise | None = None
+) -> None:
+    """Write OUT/report.html, one page that needs no other file and no network.
 
     Parameters
     ----------
     out
         Folder of the diagnosis; the pictures of `madelung.diagnosis.pictures.draw` that are in it
-        become part of the page.
+        are for readers whose viewer runs no scripts.
     diagnosis
         The content of diagnosis.json.
+    views, noise
+        What the interactive figures show; without them the page has tables only.
 
     Raises
     ------
     InputError
         The folder cannot be written.
     """
-    from jinja2 import Environment, FileSystemLoader
-
-    folder = Path(__file__).parent / "templates"
-    environment = Environment(
-        loader=FileSystemLoader(folder), autoescape=True, trim_blocks=True, lstrip_blocks=True
-    )
-    environment.filters["number"] = lambda v: f"{v:.4g}"
-    for shown in (in_percent, spoken, printable):
-        environment.filters[shown.__name__] = shown
-    page = environment.get_template("report.html.j2").render(_context(out, diagnosis))
+    drawn = figures(views, noise, diagnosis)
+    data = {"figures": drawn, "records": records(views) if "time" in drawn else [], "dark": DARK}
+    heights = {name: figure["layout"]["height"] for name, figure in drawn.items()}
+    context = _context(out, diagnosis)
+    page = render("report.html.j2", _FILTERS, data, heights=heights, **context)
     write_atomically(out / "report.html", page)
+
+
+def rounded(value: object) -> str:
+    """Three digits."""
+    return digits(value) if isinstance(value, int | float) else "-"
+
+
+def chance(p: float) -> str:
+    """A p-value."""
+    return "< 1e-99" if p < 1e-99 else f"{p:.2g}"
+
+
+_FILTERS = {f.__name__: f for f in (in_percent, spoken, printable, short, rounded, chance)}
+
+
+@dataclass(frozen=True)
+class Bar:
+    """A bar of the first screen and of the table of records; width in per cent."""
+
+    kind: str
+    label: str
+    value: str
+    width: str
+
+
+def bars(before: float, after: float | None, floor: float, longest: float) -> list[Bar]:
+    """Before, after and noise floor, um rms, side by side; ``longest`` fills the width."""
+    rows = (
+        ("before", "before", before),
+        ("after", "after", after),
+        ("floor", "noise floor", floor),
+    )
+    return [
+        Bar(
+            kind, label, f"{digits(v)} um", f"{100 * min(max(v / (longest or 1.0), 0.0), 1.0):.2f}%"
+        )
+        for kind, label, v in rows
+        if v is not None
+    ]
+
+
+def shrunk_bars(diagnosis: Diagnosis) -> list[Bar]:
+    """How far the gap shrinks on the hold-out; without one the gap of the train records."""
+    shrink, gap = diagnosis["shrink"], diagnosis["gap"]
+    floor = gap["noise_floor_um"]
+    if not shrink["records"]:
+        return bars(gap["rms_um"], None, floor, max(gap["rms_um"], floor))
+    before, after = shrink["rms_before_um"], shrink["rms_after_um"]
+    return bars(before, after, floor, max(before, after, floor))
+
+
+def _shrunk_rows(diagnosis: Diagnosis) -> list[tuple[str, float, float, list[Bar]]]:
+    """Hold-out records, all together, and the regions: label, before, after, bars."""
+    shrink, floor = diagnosis["shrink"], diagnosis["gap"]["noise_floor_um"]
+    rows = [(short(r["name"]), r["rms_before_um"], r["rms_after_um"]) for r in shrink["records"]]
+    rows.append(("all hold-out records", shrink["rms_before_um"], shrink["rms_after_um"]))
+    rows += [
+        (region_label(r), r["rms_before_um"], r["rms_after_um"])
+        for r in shrink.get("regions", [])
+        if "rms_before_um" in r and "rms_after_um" in r and "axis" in r
+    ]
+    longest = max(max(b, a) for _, b, a in rows)
+    return [(name, b, a, bars(b, a, floor, longest)[:2]) for name, b, a in rows]
+
+
+def _main_parameters(diagnosis: Diagnosis) -> dict[str, list[Quantity]]:
+    """Parameters of every ranked effect that the contract names."""
+    return {
+        r["effect"]: [
+            _quantity(r["effect"], key, found)
+            for key, found in r["parameters"].items()
+            if r["effect"] in EFFECTS and key in EFFECTS[r["effect"]].keys
+        ]
+        for r in diagnosis["ranking"]
+    }
 
 
 def _context(out: Path, diagnosis: Diagnosis) -> dict[str, Any]:
     faults = diagnosis.get("data_faults", [])
     case = diagnosis.get("case", {})
     case = case if isinstance(case, Mapping) else {"device": case}
+    status = diagnosis["verdict"]["status"]
+    seed = diagnosis.get("seed")
+    repeat = "madelung diagnose CASE_DIR -o OUT_DIR" + ("" if seed is None else f" --seed {seed}")
     return {
         "d": diagnosis,
-        "device": case.get("device", ""),
-        "status": diagnosis["verdict"]["status"],
+        "device": short(case.get("device", "")),
+        "status": status,
+        "badge": STATUS[status],
         "verdict": sentence_of_verdict(diagnosis),
         "where": sentence_of_where(diagnosis),
+        "also": [_told(r) for r in diagnosis["where"][1:3]],
         "shrink": sentence_of_shrink(diagnosis),
+        "bars": shrunk_bars(diagnosis),
+        "proven": [c for c in causes(diagnosis) if c.proven],
+        "possible": [c for c in causes(diagnosis) if not c.proven],
+        "kinds": KINDS,
+        "warnings": diagnosis.get("warnings", []),
         "regions": [(region_label(r), r) for r in diagnosis["where"]],
-        "shrunk": [
-            (region_label(r), r)
-            for r in diagnosis["shrink"].get("regions", [])
-            if "rms_before_um" in r and "rms_after_um" in r and "axis" in r
-        ],
+        "shrunk": _shrunk_rows(diagnosis) if diagnosis["shrink"]["records"] else [],
         "quantities": quantities(diagnosis),
-        "remedies": remedies(diagnosis),
+        "main_parameters": _main_parameters(diagnosis),
         "named": named_effects(diagnosis),
         "unseen": unseen(diagnosis),
         "faults": faults[:FAULTS_MAX],
         "faults_more": max(len(faults) - FAULTS_MAX, 0),
         "next_experiment": _entries(diagnosis.get("next_experiment") or {}),
         "case": _entries(case),
+        "files": diagnosis.get("records", []),
         "versions": _entries(diagnosis.get("versions", {})),
+        "seed": seed,
+        "command": short(diagnosis.get("command", repeat), TEXT_MAX),
         "pictures": [
             (name, CAPTIONS[name], b64encode((out / f"{name}.png").read_bytes()).decode("ascii"))
             for name in NAMES
