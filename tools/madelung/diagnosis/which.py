@@ -19,6 +19,7 @@ from scipy.stats import chi2
 
 from madelung.diagnosis.fit import Fit, Probe, Problem
 from madelung.diagnosis.forms import LINES_MAX, Form, line_form
+from madelung.diagnosis.noise import proven_fall
 
 Array = NDArray[np.float64]
 Progress = Callable[[str], None]
@@ -44,10 +45,9 @@ EXCHANGE_TRIES = 2
 EXCHANGE_SLACK = 0.3
 """A form that is this share of the excess worse after a few steps is not fitted to the end."""
 LINE_SPREAD = 2.0
-"""A line whose amplitude differs by more than this from the records' median is no disturbance."""
+"""A line whose amplitude differs by more than this from the records' mean is no disturbance."""
 LINE_SEEN = 8.0
-"""... in records where that median is so many standard errors."""
-BANDS = 14
+"""... in records where that mean is so many standard errors."""
 STRETCH_ROWS = 64
 EXCESS_MIN = 0.05
 """Excess over the noise, as a share of it, that is taken for structure."""
@@ -283,12 +283,10 @@ class Engine:
         return bool(visible > VISIBLE_SHARE and telling > REMAINDER_SHARE)
 
     def gain(self, old: Fit, new: Fit) -> float:
-        """Fall of the cost, band by band, over what the richer hypothesis leaves above noise."""
-        total = 0.0
-        for part in self.problem.slices:
-            a, b, count = _band_power(old.residual[part], new.residual[part])
-            total += float(np.sum((a - b) / np.maximum(1.0, b / count)))
-        return total
+        """Fall of the cost under the least favourable noise."""
+        parts, steps = self.problem.slices, [t.step_s for t in self.problem.traces]
+        before, after = ([f.residual[s] for s in parts] for f in (old, new))
+        return proven_fall(self.problem.noise, before, after, steps)
 
     def p_value(self, old: Fit, new: Fit) -> float:
         """Of the gain by chance, with a price for the number of models tried."""
@@ -323,12 +321,10 @@ def _steady(problem: Problem, fit: Fit) -> bool:
         freq = fit.values[f"freq{line}_hz"]
         amps, errors = [], []
         for name, trace in traces.items():
-            amps.append(
-                np.hypot(fit.values[f"cos{line}:{name}"], fit.values[f"sin{line}:{name}"])
-            )
+            amps.append(np.hypot(fit.values[f"cos{line}:{name}"], fit.values[f"sin{line}:{name}"]))
             density = problem.noise.spectrum(np.array([freq]), trace.step_s)[0]
             errors.append(np.sqrt(2 * density / max(int(trace.use.sum()), 1)))
-        typical = float(np.median(amps))
+        typical = float(np.average(amps, weights=1 / np.square(errors)))
         seen = typical > LINE_SEEN * np.array(errors)
         spread = np.array(amps)[seen] / typical
         if np.any(spread < 1 / LINE_SPREAD) or np.any(spread > LINE_SPREAD):
@@ -341,20 +337,6 @@ def _spread_gain(old: Fit, new: Fit) -> float:
     fall = old.residual**2 - new.residual**2
     stretches = np.sort(np.add.reduceat(fall, np.arange(0, fall.size, STRETCH_ROWS)))
     return float(stretches[:-2].sum())
-
-
-def _band_power(a: Array, b: Array) -> tuple[Array, Array, Array]:
-    """Energies of two residuals in logarithmic frequency bands, and what noise would give."""
-    n = a.size
-    pa, pb = (np.abs(np.fft.rfft(v)) ** 2 for v in (a, b))
-    weight = np.full(pa.size, 2.0)
-    weight[0] = 1.0
-    if n % 2 == 0:
-        weight[-1] = 1.0
-    edges = np.unique(np.geomspace(1, pa.size, BANDS).astype(np.int64)) - 1
-    share = float(np.count_nonzero(b)) / n
-    sums = [np.add.reduceat(v, edges) for v in (pa * weight / n, pb * weight / n, weight * share)]
-    return sums[0], sums[1], np.maximum(sums[2], 1.0)
 
 
 def _peaks(problem: Problem, residual: Array) -> list[float]:
