@@ -8,10 +8,12 @@ import typer
 from typer.exceptions import TyperException
 
 from madelung import __version__
+from madelung.commands import blind
 from madelung.commands.diagnose import diagnose
 from madelung.commands.export import export
 from madelung.commands.identify import identify
 from madelung.commands.predict import predict
+from madelung.commands.report import report
 from madelung.commands.reproduce import reproduce
 from madelung.commands.simulate import simulate, unseal
 from madelung.commands.timing import timing
@@ -43,10 +45,12 @@ app.command()(identify)
 app.command()(predict)
 app.command()(reproduce)
 app.command()(diagnose)
+app.command()(report)
 app.command()(export)
 app.command()(simulate)
 app.command()(unseal)
 app.command()(timing)
+app.add_typer(blind.app, name="blind")
 
 
 def main() -> None:

@@ -141,13 +141,15 @@ def sentence_of_next(diagnosis: Diagnosis) -> str | None:
 
 @dataclass(frozen=True)
 class Quantity:
-    """A parameter in words: name, value and interval with unit."""
+    """A parameter in words: name, value and interval with unit; as numbers in the key's unit."""
 
     effect: str
     name: str
     value: str
     ci95: str
     unit: str
+    ends: tuple[float, float, float] | None = None
+    """Low end, value, high end."""
 
     @property
     def said(self) -> str:
@@ -187,7 +189,8 @@ def _quantity(effect: str, key: str, found: Mapping[str, Any]) -> Quantity:
     value, ci95 = found["value"], found["ci95"]
     factor, unit = _scale(value, unit)
     between = f"{_number(ci95[0], factor)} to {_number(ci95[1], factor)}" if ci95 else "-"
-    return Quantity(spoken(effect), name, _number(value, factor), between, unit)
+    ends = (ci95[0], value, ci95[1]) if ci95 and isinstance(value, int | float) else None
+    return Quantity(spoken(effect), name, _number(value, factor), between, unit, ends)
 
 
 def _scale(value: object, unit: str) -> tuple[float, str]:
@@ -346,7 +349,7 @@ def write_report(
     data = {"figures": drawn, "records": records(views) if "time" in drawn else [], "dark": DARK}
     heights = {name: figure["layout"]["height"] for name, figure in drawn.items()}
     context = _context(out, diagnosis)
-    page = render("report.html.j2", _FILTERS, data, heights=heights, **context)
+    page = render("report.html.j2", FILTERS, data, heights=heights, **context)
     write_atomically(out / "report.html", page)
 
 
@@ -360,7 +363,7 @@ def chance(p: float) -> str:
     return "< 1e-99" if p < 1e-99 else f"{p:.2g}"
 
 
-_FILTERS = {f.__name__: f for f in (in_percent, spoken, printable, short, rounded, chance)}
+FILTERS = {f.__name__: f for f in (in_percent, spoken, printable, short, rounded, chance)}
 
 
 @dataclass(frozen=True)
@@ -413,7 +416,7 @@ def _shrunk_rows(diagnosis: Diagnosis) -> list[tuple[str, float, float, list[Bar
     return [(name, b, a, bars(b, a, floor, longest)[:2]) for name, b, a in rows]
 
 
-def _main_parameters(diagnosis: Diagnosis) -> dict[str, list[Quantity]]:
+def main_parameters(diagnosis: Diagnosis) -> dict[str, list[Quantity]]:
     """Parameters of every ranked effect that the contract names."""
     return {
         r["effect"]: [
@@ -449,7 +452,7 @@ def _context(out: Path, diagnosis: Diagnosis) -> dict[str, Any]:
         "regions": [(region_label(r), r) for r in diagnosis["where"]],
         "shrunk": _shrunk_rows(diagnosis) if diagnosis["shrink"]["records"] else [],
         "quantities": quantities(diagnosis),
-        "main_parameters": _main_parameters(diagnosis),
+        "main_parameters": main_parameters(diagnosis),
         "named": named_effects(diagnosis),
         "unseen": unseen(diagnosis),
         "faults": faults[:FAULTS_MAX],
