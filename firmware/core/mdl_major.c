@@ -130,32 +130,6 @@ mdl_status mdl_major_init_play(mdl_major *major, mdl_real range_volts, const mdl
     return MDL_OK;
 }
 
-/* f0(x) - f0(0): without c[0] there is nothing to take away again. */
-static mdl_real swing_polynomial(const mdl_major *major, mdl_real x)
-{
-    const mdl_real *c = major->c;
-    mdl_real y = c[major->degree];
-    /* Horner, unrolled: one jump, then a multiplication and an addition per power. */
-    switch (major->degree) {
-    case 7:
-        y = y * x + c[6]; /* fall through */
-    case 6:
-        y = y * x + c[5]; /* fall through */
-    case 5:
-        y = y * x + c[4]; /* fall through */
-    case 4:
-        y = y * x + c[3]; /* fall through */
-    case 3:
-        y = y * x + c[2]; /* fall through */
-    case 2:
-        y = y * x + c[1]; /* fall through */
-    case 1:
-        return y * x;
-    default:
-        return MDL_C(0.0);
-    }
-}
-
 static mdl_real eval_piecewise_linear(const mdl_major *major, mdl_real x)
 {
     uint16_t low = 0; /* the last breakpoint at or left of x, or the first one */
@@ -172,15 +146,16 @@ static mdl_real eval_piecewise_linear(const mdl_major *major, mdl_real x)
 
 mdl_real mdl_major_eval(const mdl_major *major, mdl_real x_volts)
 {
-    return major->kind == MDL_POLYNOMIAL ? swing_polynomial(major, x_volts) + major->c[0]
-                                         : eval_piecewise_linear(major, x_volts);
+    return major->kind == MDL_POLYNOMIAL
+               ? mdl_major_horner(major->c, major->degree, x_volts) + major->c[0]
+               : eval_piecewise_linear(major, x_volts);
 }
 
 mdl_real mdl_major_swing(const mdl_major *major, mdl_real a_volts, mdl_real b_volts)
 {
     mdl_real d = b_volts - a_volts;
     mdl_real swing = major->kind == MDL_POLYNOMIAL
-                         ? swing_polynomial(major, d)
+                         ? mdl_major_horner(major->c, major->degree, d)
                          : eval_piecewise_linear(major, d) - major->at_zero_um;
     if (major->shape != 0) {
         swing += mdl_shape_swing(major->shape, a_volts, b_volts);

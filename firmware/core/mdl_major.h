@@ -57,6 +57,34 @@ mdl_status mdl_major_init_play(mdl_major *major, mdl_real range_volts, const mdl
                                const mdl_real *threshold, uint16_t count);
 
 /**
+ * f0(x) - f0(0) of a polynomial of degree 1 to MDL_DEGREE_MAX; 0 for any other degree. Horner,
+ * eq. (9), unrolled: one jump, then a multiplication and an addition per power. Without c[0] there
+ * is nothing to take away again.
+ */
+MDL_INLINE mdl_real mdl_major_horner(const mdl_real *c, uint16_t degree, mdl_real x_volts)
+{
+    mdl_real y = c[degree];
+    switch (degree) {
+    case 7:
+        y = y * x_volts + c[6]; /* fall through */
+    case 6:
+        y = y * x_volts + c[5]; /* fall through */
+    case 5:
+        y = y * x_volts + c[4]; /* fall through */
+    case 4:
+        y = y * x_volts + c[3]; /* fall through */
+    case 3:
+        y = y * x_volts + c[2]; /* fall through */
+    case 2:
+        y = y * x_volts + c[1]; /* fall through */
+    case 1:
+        return y * x_volts;
+    default:
+        return MDL_C(0.0);
+    }
+}
+
+/**
  * f0(x) in um; Horner for polynomials. x in volts may lie outside [0, range]: the polynomial, the
  * first or the last segment is continued. x must be finite.
  */

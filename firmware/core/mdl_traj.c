@@ -1,161 +1,280 @@
 #include "mdl_traj.h"
 
+#include <string.h>
+
 /*
- * The same rules hold for every input; for speed, three ways lead through a step.
+ * A step finds out what has happened and ends with a jump to the part that deals with it; all parts
+ * have the same parameters. The last part is the output on the curve, one for every degree of f0.
  *
- * The short way is for inputs in the identified range when f0 is a polynomial of degree 3 or less
- * without a shape. In the range reals are +0 or more and are compared as their bits. `upper` and
- * `lower` hold the innermost turning points of both sides, or the end of the range: an input
- * between them stays on its curve, or turns. All others, whatever is the matter with them, reach
- * or pass a limit and are sorted out behind it. `leave` is for any other f0, and is the same but
- * for the evaluation. The long way is for inputs outside the range, and as long as the point
- * before or a turning point lies there: the limits are then set so that every input passes them.
+ * Reals from +0 on are compared as their bits. An input between the limits of both sides stays on
+ * its curve, or turns. The limits are the innermost turning points of both sides or, where there is
+ * none, the ends of the identified range: whatever else is the matter with an input, it reaches a
+ * limit and is sorted out behind it. While the point before or a turning point lies outside the
+ * range, the limits are such that every input reaches one.
+ *
+ * Both directions share their code: `down` is a constant in what is inlined.
  */
 
-/* Bits of mdl_traj.curve. */
-#define FALLING 1u /* on a descending curve (TP_flag of the paper) */
-#define GENERAL 2u /* f0 is not of the kind that the short way is for */
-
-static uint16_t is_falling(const mdl_traj *traj)
+MDL_INLINE int reaches(mdl_key x, mdl_key limit, uint16_t down)
 {
-    return traj->curve & FALLING;
+    return down ? x <= limit : x >= limit;
 }
 
-/* Right turning points held; left: as many, and one more if rising. */
-static uint_fast16_t pairs_of(const mdl_traj *traj)
+/* Whether x lies from +0 to below end; bits of negative reals are large unsigned numbers. */
+MDL_INLINE int is_below(mdl_real x, mdl_key end)
 {
-    return (uint_fast16_t)(traj->right - traj->rights->tp);
+    return (mdl_ukey)mdl_bits(x) < (mdl_ukey)end;
 }
 
-static uint_fast16_t lefts_of(const mdl_traj *traj)
+static uint_fast16_t held(const mdl_tp_stack *side)
 {
-    return pairs_of(traj) + 1u - is_falling(traj);
+    return (uint_fast16_t)(side->end - side->tp);
 }
 
-MDL_INLINE void set_pairs(mdl_traj *traj, uint_fast16_t pairs, uint16_t falling)
-{
-    traj->left = traj->lefts->tp + pairs;
-    traj->right = traj->rights->tp + pairs;
-    traj->curve = (uint16_t)((traj->curve & GENERAL) | falling);
-}
+/* ---- the output ---- */
 
-MDL_INLINE mdl_status put(mdl_traj *traj, mdl_real *y_um, mdl_real y)
+/*
+ * Output at x on the current curve, eq. (6). As printed, the intervals and the arguments of even
+ * and odd k have changed places: an ascending curve (k even) starts at a left turning point A_k and
+ * holds for x_Ak < x < x_A(k-1), a descending one (k odd) at a right one for x_A(k-1) < x < x_Ak;
+ * so has eq. (5). The mirror behind both is eq. (1) with A_1 where A_0' is printed. x_A0 = 0.
+ */
+MDL_INLINE mdl_status put(mdl_traj *traj, mdl_real x, mdl_real *y_um, uint16_t down,
+                          uint16_t degree)
 {
+    const mdl_tp *start = (down ? traj->right.end : traj->left.end) - 1;
+    mdl_real d, y;
+    traj->last.x.real = x;
+    d = down ? start->x.real - x : x - start->x.real;
+    y = mdl_major_horner(traj->c, degree, d);
+    y = down ? start->y_um - y : start->y_um + y;
     traj->last.y_um = y;
     *y_um = y;
     return MDL_OK;
 }
 
-/*
- * Records (x_1, y_1) as a turning point when the input has changed its direction, eq. (10). It is
- * a right one if x - x_1 < 0 (printed as x - x_2 < 0).
- */
-MDL_INLINE void turn_up(mdl_traj *traj, uint16_t curve)
+#define PUT(degree)                                                                                \
+    static mdl_status rise_##degree(mdl_traj *traj, mdl_real x, mdl_real *y_um)                    \
+    {                                                                                              \
+        return put(traj, x, y_um, 0, degree);                                                      \
+    }                                                                                              \
+    static mdl_status fall_##degree(mdl_traj *traj, mdl_real x, mdl_real *y_um)                    \
+    {                                                                                              \
+        return put(traj, x, y_um, 1, degree);                                                      \
+    }
+
+PUT(0)
+PUT(1)
+PUT(2)
+PUT(3)
+PUT(4)
+PUT(5)
+PUT(6)
+PUT(7)
+
+static mdl_traj_part *const rise_of_degree[] = {rise_0, rise_1, rise_2, rise_3,
+                                                rise_4, rise_5, rise_6, rise_7};
+static mdl_traj_part *const fall_of_degree[] = {fall_0, fall_1, fall_2, fall_3,
+                                                fall_4, fall_5, fall_6, fall_7};
+
+/* The same for a broken line, or with a shape. */
+static mdl_status rise_any(mdl_traj *traj, mdl_real x, mdl_real *y_um)
 {
-    mdl_tp *left = traj->left;
-    left->x = traj->last.x;
-    left->y_um = traj->last.y_um;
-    traj->curve = curve;
+    const mdl_tp *start = traj->left.end - 1;
+    *y_um = start->y_um + mdl_major_swing(traj->major, start->x.real, x);
+    traj->last.x.real = x;
+    traj->last.y_um = *y_um;
+    return MDL_OK;
 }
 
-MDL_INLINE void turn_down(mdl_traj *traj, uint16_t curve)
+static mdl_status fall_any(mdl_traj *traj, mdl_real x, mdl_real *y_um)
 {
-    mdl_tp *right = traj->right;
-    right->x = traj->last.x;
-    right->y_um = traj->last.y_um;
-    traj->right = right + 1;
-    traj->left++;
-    traj->curve = curve;
+    const mdl_tp *start = traj->right.end - 1;
+    *y_um = start->y_um - mdl_major_swing(traj->major, x, start->x.real);
+    traj->last.x.real = x;
+    traj->last.y_um = *y_um;
+    return MDL_OK;
 }
 
-/* No further left turning point can be held, then no right one either. */
+static mdl_status at_minimum(mdl_traj *traj, mdl_real x, mdl_real *y_um)
+{
+    *y_um = traj->f0_min_um;
+    traj->last.x.real = x;
+    traj->last.y_um = *y_um;
+    return MDL_OK;
+}
+
+/* ---- inputs outside the identified range, and what follows them; a full memory ---- */
+
+/* Says where x lies with respect to the identified range, and clamps it at the margin. */
+static mdl_status limit(const mdl_traj *traj, mdl_real *x)
+{
+    mdl_real low = -traj->margin_volts;
+    mdl_real high = traj->major->range_volts + traj->margin_volts;
+    if (*x < low) {
+        *x = low + MDL_C(0.0);
+        return MDL_CLAMPED;
+    }
+    if (*x > high) {
+        *x = high;
+        return MDL_CLAMPED;
+    }
+    return MDL_EXTRAPOLATED;
+}
+
+static void set_limits(mdl_traj *traj)
+{
+    mdl_tp_stack *left = &traj->left;
+    mdl_tp_stack *right = &traj->right;
+    mdl_key end = traj->range_end;
+    if (is_below(traj->last.x.real, end) && (held(left) == 0 || is_below(left->tp->x.real, end)) &&
+        (held(right) == 0 || is_below(right->tp->x.real, end))) {
+        traj->open_end = end;
+        left->floor = left->tp + 1;
+        right->floor = right->tp + 1;
+        left->limit = held(left) > 0 ? left->end[-1].x.bits : 0;
+        right->limit = held(right) > 0 ? right->end[-1].x.bits : end;
+    } else {
+        traj->open_end = 0;
+        left->floor = left->tp + MDL_TP_CAPACITY;
+        right->floor = right->tp + MDL_TP_CAPACITY;
+        left->limit = MDL_KEY_MAX;
+        right->limit = ~MDL_KEY_MAX;
+    }
+}
+
+/* How many turning points of a side x has not surpassed, for reals of any sign. */
+static uint_fast16_t count_inside(const mdl_tp_stack *side, mdl_key x, uint16_t down)
+{
+    uint_fast16_t low = 0;
+    uint_fast16_t count = held(side);
+    while (count > 0) {
+        uint_fast16_t half = count / 2u;
+        if (reaches(x, mdl_key_of(side->tp[low + half].x.real), down)) {
+            count = half;
+        } else {
+            low += half + 1u;
+            count -= half + 1u;
+        }
+    }
+    return low;
+}
+
+/* Records (x_1, y_1) as a turning point, from which the next curve starts. */
+MDL_INLINE void record(mdl_traj *traj, uint16_t down)
+{
+    mdl_tp_stack *from = down ? &traj->right : &traj->left;
+    mdl_tp *end = from->end;
+    mdl_real_bits x = traj->last.x;
+    end->y_um = traj->last.y_um;
+    end->x = x;
+    from->limit = x.bits;
+    from->end = end + 1;
+    traj->falling = down;
+}
+
+static void keep_pairs(mdl_traj *traj, uint_fast16_t pairs, uint16_t falling)
+{
+    traj->right.end = traj->right.tp + pairs;
+    traj->left.end = traj->left.tp + pairs + 1u - falling;
+    traj->falling = falling;
+}
+
 MDL_INLINE int is_full(const mdl_traj *traj)
 {
-    return traj->left == traj->left_end;
+    return traj->left.end == traj->left.tp + MDL_TP_CAPACITY;
 }
 
-/* Output on the current curve at `last`, eq. (6), for any f0 and input. */
-MDL_APART mdl_status general_rising(mdl_traj *traj, mdl_real *y_um)
+static mdl_status outer_rise(mdl_traj *traj, mdl_real x, mdl_real *y_um)
 {
-    const mdl_tp *start = traj->left;
-    mdl_real rise = mdl_major_swing(traj->major, start->x.real, traj->last.x.real);
-    return put(traj, y_um, start->y_um + rise);
+    uint_fast16_t n = count_inside(&traj->right, mdl_key_of(x), 0);
+    mdl_status status = MDL_OK;
+    if (n < held(&traj->right)) {
+        keep_pairs(traj, n, 0);
+    } else if (traj->falling && is_full(traj)) {
+        status = MDL_MEMORY_FULL; /* to and fro on the descending curve */
+    } else if (traj->falling) {
+        record(traj, 0);
+    }
+    (void)(traj->falling ? traj->fall : traj->rise)(traj, x, y_um);
+    return status;
 }
 
-MDL_APART mdl_status general_falling(mdl_traj *traj, mdl_real *y_um)
+static void outer_fall(mdl_traj *traj, mdl_real x, mdl_real *y_um)
 {
-    const mdl_tp *start = traj->right - 1;
-    mdl_real fall = mdl_major_swing(traj->major, traj->last.x.real, start->x.real);
-    return put(traj, y_um, start->y_um - fall);
+    uint_fast16_t n = count_inside(&traj->left, mdl_key_of(x), 1);
+    if (n < held(&traj->left) || n == 0) {
+        keep_pairs(traj, n, 1);
+    } else if (!traj->falling) {
+        record(traj, 1);
+    }
+    if (n > 0) {
+        (void)traj->fall(traj, x, y_um);
+    } else {
+        /* At or below the minimum: the descending curve that starts at the end of the range. */
+        mdl_real fall = mdl_major_swing(traj->major, x, traj->major->range_volts);
+        traj->last.x.real = x;
+        traj->last.y_um = *y_um = traj->f0_min_um - (fall - traj->full_swing_um);
+    }
 }
 
-/* f0(d) - f0(0) on the short way, the same to the bit as mdl_major_swing. */
-MDL_INLINE mdl_real cubic(const mdl_traj *traj, mdl_real d)
+MDL_APART mdl_status outer_step(mdl_traj *traj, mdl_real x, mdl_real *y_um)
 {
-    return ((traj->c[2] * d + traj->c[1]) * d + traj->c[0]) * d;
+    unsigned status = MDL_OK;
+    mdl_key key, last;
+    *y_um = traj->last.y_um;
+    x += MDL_C(0.0); /* -0 becomes +0, whose key is 0 */
+    if (!mdl_is_finite(x)) {
+        return MDL_ERR_NOT_FINITE;
+    }
+    if (x < MDL_C(0.0) || x > traj->major->range_volts) {
+        status = (unsigned)limit(traj, &x);
+    }
+    key = mdl_key_of(x);
+    last = mdl_key_of(traj->last.x.real);
+    if (key > last) {
+        status |= (unsigned)outer_rise(traj, x, y_um);
+    } else if (key < last) {
+        outer_fall(traj, x, y_um);
+    }
+    set_limits(traj);
+    return (mdl_status)status;
 }
 
-/*
- * Output on the current curve, eq. (6), on the short way. As printed, the intervals and the
- * arguments of even and odd k have changed places: an ascending curve (k even) starts at a left
- * turning point A_k and holds for x_Ak < x < x_A(k-1), a descending one (k odd) at a right one for
- * x_A(k-1) < x < x_Ak; so has eq. (5). The mirror behind both is eq. (1) with A_1 where A_0' is
- * printed. x_A0 = 0.
- */
-MDL_INLINE mdl_status put_rising(mdl_traj *traj, mdl_real *y_um, mdl_real_bits x)
-{
-    mdl_real rise;
-    traj->last.x = x;
-    rise = cubic(traj, x.real - traj->left->x.real);
-    return put(traj, y_um, traj->left->y_um + rise);
-}
+/* ---- inputs in the range ---- */
 
-MDL_INLINE mdl_status put_falling(mdl_traj *traj, mdl_real *y_um, mdl_real_bits x)
-{
-    const mdl_tp *start = traj->right - 1;
-    mdl_real fall;
-    traj->last.x = x;
-    fall = cubic(traj, start->x.real - x.real);
-    return put(traj, y_um, start->y_um - fall);
-}
-
-/* Whether x has not surpassed a left (ascending) or right (descending) turning point. */
-MDL_INLINE int is_inside(mdl_key tp, mdl_key x, int descending)
-{
-    return descending ? tp > x : tp < x;
-}
-
-/* A step of the search: base[step] exists; base, and all before it, are not surpassed. */
+/* A step of the search: all before base are not surpassed. */
 #define HALVE(step)                                                                                \
-    if (is_inside(base[step].x.bits, x, descending)) {                                             \
+    if (!reaches(x, base[(step)-1].x.bits, down)) {                                                \
         base += (step);                                                                            \
     }
 
 /*
- * How many turning points of one side are not surpassed: eqs. (12) and (13), read with their
- * misprints corrected. The curve is that of D_f(k-1) where D_fk is printed. (12) rests on the
+ * One past the last turning point of a side that x has not surpassed: eqs. (12) and (13), read with
+ * their misprints corrected. The curve is that of D_f(k-1) where D_fk is printed. (12) rests on the
  * chain x_A0 < x_A2 < ... < x_Am < x; (13) holds for x_A(k-2) < x <= x_Ak, and its last row is
  * D_f1. The newest two are known to be surpassed, unless there are fewer. The third is tried
  * first, because an input seldom surpasses more. The binary search of the others is unrolled and
  * without branches: first a part whose length is a power of two, then halves of it.
  */
-MDL_INLINE uint_fast16_t not_surpassed(const mdl_tp *tp, uint_fast16_t count, mdl_key x,
-                                       int descending)
+MDL_INLINE mdl_tp *search(const mdl_tp_stack *side, mdl_key x, uint16_t down)
 {
-    const mdl_tp *base = tp;
-    uint_fast16_t power = MDL_TP_CAPACITY / 2u;
-    if (count < 3u || !is_inside(tp[0].x.bits, x, descending)) {
-        return 0;
+    mdl_tp *base = side->tp;
+    uint_fast16_t count = held(side);
+    uint_fast16_t power;
+    if (count < 3u) {
+        return base;
     }
-    count -= 3u;
-    if (is_inside(tp[count].x.bits, x, descending)) {
-        return count + 1u;
+    count -= 2u;
+    if (!reaches(x, base[count - 1u].x.bits, down)) {
+        return base + count;
     }
+    power = count < 32u ? 16u : MDL_TP_CAPACITY / 2u;
     while (power > count) {
         power /= 2u;
     }
-    if (is_inside(tp[count - power].x.bits, x, descending)) {
-        base += count - power;
+    if (!reaches(x, base[power - 1u].x.bits, down)) {
+        base += count + 1u - power;
     }
     switch (power) {
 #if MDL_N_U > 4096
@@ -204,300 +323,113 @@ MDL_INLINE uint_fast16_t not_surpassed(const mdl_tp *tp, uint_fast16_t count, md
         HALVE(1)
         /* fall through */
     default:
-        return (uint_fast16_t)(base - tp) + 1u;
+        return base;
     }
+}
+
+/* Wipes out what x has surpassed; the innermost turning points that are left are the limits. */
+MDL_INLINE void wipe_out(mdl_traj *traj, mdl_key x, uint16_t down)
+{
+    mdl_tp_stack *from = down ? &traj->right : &traj->left;
+    mdl_tp_stack *to = down ? &traj->left : &traj->right;
+    mdl_tp *end = search(to, x, down);
+    traj->falling = down;
+    to->end = end;
+    to->limit = end > to->tp ? end[-1].x.bits : down ? 0 : traj->range_end;
+    end = from->tp + (end - to->tp) + (down ? 0 : 1);
+    from->end = end;
+    from->limit = !down || end > from->tp ? end[-1].x.bits : traj->range_end;
+}
+
+MDL_APART mdl_status wipe_up(mdl_traj *traj, mdl_real x, mdl_real *y_um)
+{
+    if (!is_below(x, traj->open_end)) {
+        return outer_step(traj, x, y_um);
+    }
+    wipe_out(traj, mdl_bits(x), 0);
+    return traj->rise(traj, x, y_um);
+}
+
+MDL_APART mdl_status wipe_down(mdl_traj *traj, mdl_real x, mdl_real *y_um)
+{
+    if (!is_below(x, traj->open_end)) {
+        return outer_step(traj, x, y_um);
+    }
+    wipe_out(traj, mdl_bits(x), 1);
+    return (traj->left.end > traj->left.tp ? traj->fall : at_minimum)(traj, x, y_um);
 }
 
 /*
- * Wipes out one pair, if that is all to be done when x reaches the upper limit: the innermost right
- * turning point with the left one after it, which may not have been recorded yet. 0: something
- * else is to be done. Beyond the floor there is a second right turning point, and the short way
- * is open.
+ * x reaches the limit of the side that it moves to. Seldom more is surpassed than the innermost
+ * pair: the point there and the one after it, which is not recorded yet if it is (x_1, y_1).
  */
-MDL_INLINE int drop_rising(mdl_traj *traj, mdl_key x)
+MDL_INLINE mdl_status surpass(mdl_traj *traj, mdl_real x, mdl_real *y_um, uint16_t down)
 {
-    mdl_tp *right = traj->right;
-    if (right <= traj->right_floor || x >= right[-2].x.bits) {
-        return 0;
+    mdl_tp_stack *from = down ? &traj->right : &traj->left;
+    mdl_tp_stack *to = down ? &traj->left : &traj->right;
+    mdl_tp *end = to->end;
+    if (end <= to->floor || reaches(mdl_bits(x), end[-2].x.bits, down)) {
+        return (down ? wipe_down : wipe_up)(traj, x, y_um);
     }
-    traj->upper = right[-2].x.bits;
-    traj->right = right - 1;
-    traj->left--;
-    if (traj->curve == 0) {
-        traj->lower = traj->left->x.bits;
+    to->limit = end[-2].x.bits;
+    to->end = end - 1;
+    if (traj->falling == down) {
+        end = from->end - 1;
+        from->limit = end[-1].x.bits;
+        from->end = end;
     }
-    traj->curve = 0;
-    return 1;
+    traj->falling = down;
+    return (down ? traj->fall : traj->rise)(traj, x, y_um);
 }
 
-/* The same downwards: a left turning point with the right one after it, recorded or not. */
-MDL_INLINE int drop_falling(mdl_traj *traj, mdl_key x)
+static mdl_status surpass_up(mdl_traj *traj, mdl_real x, mdl_real *y_um)
 {
-    mdl_tp *left = traj->left;
-    const mdl_tp *floor = traj->left_floor;
-    if (traj->curve != 0) {
-        floor++;
-    }
-    if (left <= floor) {
-        return 0;
-    }
-    if (traj->curve != 0) {
-        left--;
-    }
-    if (x <= left[-1].x.bits) {
-        return 0;
-    }
-    if (traj->curve != 0) {
-        traj->upper = traj->right[-2].x.bits;
-        traj->right--;
-        traj->left = left;
-    }
-    traj->lower = left[-1].x.bits;
-    traj->curve = FALLING;
-    return 1;
+    return surpass(traj, x, y_um, 0);
 }
 
-/* Says where x lies with respect to the identified range, and clamps it at the margin. */
-static mdl_status limit(const mdl_traj *traj, mdl_real *x)
+static mdl_status surpass_down(mdl_traj *traj, mdl_real x, mdl_real *y_um)
 {
-    mdl_real low = -traj->margin_volts;
-    mdl_real high = traj->major->range_volts + traj->margin_volts;
-    if (*x < low) {
-        *x = low + MDL_C(0.0);
-        return MDL_CLAMPED;
-    }
-    if (*x > high) {
-        *x = high;
-        return MDL_CLAMPED;
-    }
-    return MDL_EXTRAPOLATED;
+    return surpass(traj, x, y_um, 1);
 }
 
-/* Whether x lies from +0 to below end; bits of negative reals are large unsigned numbers. */
-static int is_below(mdl_real_bits x, mdl_key end)
-{
-    return (mdl_ukey)x.bits < (mdl_ukey)end;
-}
-
-static int is_all_in_range(const mdl_traj *traj)
-{
-    mdl_key end = traj->range_end;
-    return is_below(traj->last.x, end) &&
-           (pairs_of(traj) == 0 || is_below(traj->rights->tp[0].x, end)) &&
-           (lefts_of(traj) == 0 || is_below(traj->lefts->tp[0].x, end));
-}
-
-/* The limits after a step on the long way. */
-static void set_limits(mdl_traj *traj)
-{
-    uint_fast16_t n = pairs_of(traj);
-    traj->short_end = 0;
-    traj->left_floor = traj->left_end - 1;
-    traj->right_floor = traj->rights->tp + MDL_TP_CAPACITY;
-    traj->upper = ~MDL_KEY_MAX;
-    traj->lower = MDL_KEY_MAX;
-    if (!is_all_in_range(traj)) {
-        return;
-    }
-    traj->upper = n > 0 ? traj->right[-1].x.bits : traj->range_end;
-    traj->lower = 0; /* of the empty memory, at the minimum */
-    if (!is_falling(traj)) {
-        traj->lower = traj->left->x.bits;
-    } else if (n > 0) {
-        traj->lower = traj->left[-1].x.bits;
-    }
-    if ((traj->curve & GENERAL) == 0) {
-        traj->short_end = traj->range_end;
-        traj->left_floor = traj->lefts->tp;
-        traj->right_floor = traj->rights->tp + 1;
-    }
-}
-
-/* How many turning points of a side x has not surpassed, for reals of any sign. */
-static uint_fast16_t count_inside(const mdl_tp *tp, uint_fast16_t count, mdl_key x, int descending)
-{
-    uint_fast16_t low = 0;
-    while (count > 0) {
-        uint_fast16_t half = count / 2u;
-        if (is_inside(mdl_key_of(tp[low + half].x.real), x, descending)) {
-            low += half + 1u;
-            count -= half + 1u;
-        } else {
-            count = half;
-        }
-    }
-    return low;
-}
-
-/* An ascending curve starts, unless the memory is full: then the trajectory moves to and fro. */
-static mdl_status turn_or_not(mdl_traj *traj, mdl_real *y_um, mdl_real_bits x)
+/*
+ * The input has changed its direction, eq. (10): (x_1, y_1) is a right turning point if
+ * x - x_1 < 0 (printed as x - x_2 < 0).
+ */
+static mdl_status turn_up(mdl_traj *traj, mdl_real x, mdl_real *y_um)
 {
     if (is_full(traj)) {
-        traj->last.x = x;
-        (void)general_falling(traj, y_um);
-        return MDL_MEMORY_FULL;
+        return outer_step(traj, x, y_um);
     }
-    traj->lower = traj->last.x.bits;
-    turn_up(traj, traj->curve & GENERAL);
-    traj->last.x = x;
-    return general_rising(traj, y_um);
+    record(traj, 0);
+    return traj->rise(traj, x, y_um);
 }
 
-static mdl_status long_rise(mdl_traj *traj, mdl_real *y_um, mdl_real_bits x)
+static mdl_status turn_down(mdl_traj *traj, mdl_real x, mdl_real *y_um)
 {
-    uint_fast16_t n = count_inside(traj->rights->tp, pairs_of(traj), mdl_key_of(x.real), 1);
-    if (n < pairs_of(traj)) {
-        set_pairs(traj, n, 0);
-    } else if (is_falling(traj)) {
-        return turn_or_not(traj, y_um, x);
-    }
-    traj->last.x = x;
-    return general_rising(traj, y_um);
+    record(traj, 1);
+    return traj->fall(traj, x, y_um);
 }
 
-static mdl_status long_fall(mdl_traj *traj, mdl_real *y_um, mdl_real_bits x)
+mdl_status mdl_traj_step(mdl_traj *traj, mdl_real x_volts, mdl_real *y_um)
 {
-    uint_fast16_t lefts = lefts_of(traj);
-    uint_fast16_t n = count_inside(traj->lefts->tp, lefts, mdl_key_of(x.real), 0);
-    if (n == lefts && !is_falling(traj)) {
-        turn_down(traj, traj->curve | FALLING);
-    } else {
-        set_pairs(traj, n, 1);
+    mdl_traj_part *next = outer_step; /* for the same input again */
+    mdl_key x = mdl_bits(x_volts);
+    mdl_key last = traj->last.x.bits;
+    if (x > last) {
+        if (x >= traj->right.limit) {
+            next = surpass_up;
+        } else {
+            next = traj->falling ? turn_up : traj->rise;
+        }
+    } else if (x != last) {
+        if (x <= traj->left.limit) {
+            next = surpass_down;
+        } else {
+            next = traj->falling ? traj->fall : turn_down;
+        }
     }
-    traj->last.x = x;
-    if (n == 0) {
-        /* At or below the minimum: the descending curve that starts at the end of the range. */
-        mdl_real fall = mdl_major_swing(traj->major, x.real, traj->major->range_volts);
-        return put(traj, y_um, traj->f0_min_um - (fall - traj->full_swing_um));
-    }
-    return general_falling(traj, y_um);
-}
-
-MDL_APART mdl_status long_step(mdl_traj *traj, mdl_real *y_um, mdl_real_bits x)
-{
-    unsigned status = MDL_OK;
-    mdl_key key, last;
-    *y_um = traj->last.y_um;
-    x.real += MDL_C(0.0); /* -0 becomes +0, whose key is 0 */
-    if (!mdl_is_finite(x.real)) {
-        return MDL_ERR_NOT_FINITE;
-    }
-    if (x.real < MDL_C(0.0) || x.real > traj->major->range_volts) {
-        status = (unsigned)limit(traj, &x.real);
-    }
-    key = mdl_key_of(x.real);
-    last = mdl_key_of(traj->last.x.real);
-    if (key > last) {
-        status |= (unsigned)long_rise(traj, y_um, x);
-    } else if (key < last) {
-        status |= (unsigned)long_fall(traj, y_um, x);
-    }
-    set_limits(traj);
-    return (mdl_status)status;
-}
-
-/* Wipes out what an input in the range has surpassed; the innermost that is left is the CTP. */
-MDL_INLINE void wipe_up(mdl_traj *traj, mdl_key x, int general)
-{
-    uint_fast16_t n = pairs_of(traj);
-    if (general && n > 1u && x < traj->right[-2].x.bits) {
-        n--;
-    } else {
-        n = not_surpassed(traj->rights->tp, n, x, 1);
-    }
-    set_pairs(traj, n, 0);
-    traj->upper = n > 0 ? traj->right[-1].x.bits : traj->range_end;
-    traj->lower = traj->left->x.bits;
-}
-
-/* The same downwards. 0: at the minimum all is wiped out. */
-MDL_INLINE uint_fast16_t wipe_down(mdl_traj *traj, mdl_key x, int general)
-{
-    uint_fast16_t n = lefts_of(traj);
-    if (general && n > 1u && x > traj->lefts->tp[n - 2u].x.bits) {
-        n--;
-    } else {
-        n = not_surpassed(traj->lefts->tp, n, x, 0);
-    }
-    set_pairs(traj, n, FALLING);
-    traj->upper = n > 0 ? traj->right[-1].x.bits : traj->range_end;
-    traj->lower = n > 0 ? traj->left[-1].x.bits : 0;
-    return n;
-}
-
-MDL_APART mdl_status surpass_general(mdl_traj *traj, mdl_real *y_um, mdl_real_bits x)
-{
-    uint_fast16_t n;
-    if (x.bits > traj->last.x.bits) {
-        wipe_up(traj, x.bits, 1);
-        traj->last.x = x;
-        return general_rising(traj, y_um);
-    }
-    n = wipe_down(traj, x.bits, 1);
-    traj->last.x = x;
-    return n > 0 ? general_falling(traj, y_um) : put(traj, y_um, traj->f0_min_um);
-}
-
-/* Beyond a limit, and not for the short way. */
-MDL_APART mdl_status leave(mdl_traj *traj, mdl_real *y_um, mdl_real_bits x)
-{
-    if (traj->upper > 0 && is_below(x, traj->range_end)) {
-        return surpass_general(traj, y_um, x);
-    }
-    return long_step(traj, y_um, x);
-}
-
-/* Beyond the upper limit. */
-MDL_APART mdl_status surpass_up(mdl_traj *traj, mdl_real *y_um, mdl_real_bits x)
-{
-    if (!is_below(x, traj->short_end)) {
-        return leave(traj, y_um, x);
-    }
-    wipe_up(traj, x.bits, 0);
-    return put_rising(traj, y_um, x);
-}
-
-/* Beyond the lower limit. */
-MDL_APART mdl_status surpass_down(mdl_traj *traj, mdl_real *y_um, mdl_real_bits x)
-{
-    if (!is_below(x, traj->short_end)) {
-        return leave(traj, y_um, x);
-    }
-    if (wipe_down(traj, x.bits, 0) == 0) {
-        traj->last.x = x;
-        return put(traj, y_um, traj->f0_min_um);
-    }
-    return put_falling(traj, y_um, x);
-}
-
-/* Between the limits, but f0 is another one, or the memory is full. */
-MDL_APART mdl_status go_up(mdl_traj *traj, mdl_real *y_um, mdl_real_bits x)
-{
-    if (is_falling(traj)) {
-        return turn_or_not(traj, y_um, x);
-    }
-    traj->last.x = x;
-    return general_rising(traj, y_um);
-}
-
-MDL_APART mdl_status go_down(mdl_traj *traj, mdl_real *y_um, mdl_real_bits x)
-{
-    if (!is_falling(traj)) {
-        traj->upper = traj->last.x.bits;
-        turn_down(traj, GENERAL | FALLING);
-    }
-    traj->last.x = x;
-    return general_falling(traj, y_um);
-}
-
-/* The same input again. */
-MDL_APART mdl_status stay(mdl_traj *traj, mdl_real *y_um, mdl_real_bits x)
-{
-    if (traj->upper < 0) {
-        return long_step(traj, y_um, x);
-    }
-    *y_um = traj->last.y_um;
-    return MDL_OK;
+    return next(traj, x_volts, y_um);
 }
 
 mdl_status mdl_traj_init(mdl_traj *traj, const mdl_major *major, mdl_tp_side *left,
@@ -511,18 +443,16 @@ mdl_status mdl_traj_init(mdl_traj *traj, const mdl_major *major, mdl_tp_side *le
         return MDL_ERR_PARAMETER;
     }
     traj->major = major;
-    traj->lefts = left;
-    traj->rights = right;
-    traj->left_end = left->tp + MDL_TP_CAPACITY;
+    traj->left.tp = left->tp;
+    traj->right.tp = right->tp;
     traj->margin_volts = margin_volts;
     traj->range_end = mdl_key_of(major->range_volts) + 1;
-    traj->curve = GENERAL;
-    if (major->kind == MDL_POLYNOMIAL && major->degree <= 3 && major->shape == 0) {
-        uint16_t k;
-        traj->curve = 0;
-        for (k = 0; k < 3; k++) {
-            traj->c[k] = major->c[k + 1];
-        }
+    traj->rise = rise_any;
+    traj->fall = fall_any;
+    if (major->kind == MDL_POLYNOMIAL && major->shape == 0) {
+        traj->rise = rise_of_degree[major->degree];
+        traj->fall = fall_of_degree[major->degree];
+        memcpy(traj->c, major->c, sizeof traj->c);
     }
     traj->f0_min_um = major->at_zero_um;
     traj->full_swing_um = mdl_major_swing(major, MDL_C(0.0), major->range_volts);
@@ -534,50 +464,14 @@ void mdl_traj_reset(mdl_traj *traj)
 {
     traj->last.x.real = MDL_C(0.0);
     traj->last.y_um = traj->f0_min_um;
-    traj->lefts->tp[0] = traj->last;
-    set_pairs(traj, 0, 0);
+    *traj->left.tp = traj->last;
+    keep_pairs(traj, 0, 0);
     set_limits(traj);
-}
-
-mdl_status mdl_traj_step(mdl_traj *traj, mdl_real x_volts, mdl_real *y_um)
-{
-    mdl_real_bits x;
-    mdl_key last = traj->last.x.bits;
-    x.real = x_volts;
-    if (x.bits > last) {
-        if (x.bits >= traj->upper) {
-            if (!drop_rising(traj, x.bits)) {
-                return surpass_up(traj, y_um, x);
-            }
-        } else if (traj->curve != 0) {
-            if (traj->curve != FALLING || is_full(traj)) {
-                return go_up(traj, y_um, x);
-            }
-            traj->lower = last;
-            turn_up(traj, 0);
-        }
-        return put_rising(traj, y_um, x);
-    }
-    if (x.bits != last) {
-        if (x.bits <= traj->lower) {
-            if (!drop_falling(traj, x.bits)) {
-                return surpass_down(traj, y_um, x);
-            }
-        } else if (traj->curve != FALLING) {
-            if (traj->curve != 0) {
-                return go_down(traj, y_um, x);
-            }
-            traj->upper = last;
-            turn_down(traj, FALLING);
-        }
-        return put_falling(traj, y_um, x);
-    }
-    return stay(traj, y_um, x);
 }
 
 uint32_t mdl_traj_turning_points(const mdl_traj *traj)
 {
-    return (uint32_t)pairs_of(traj) + (uint32_t)lefts_of(traj);
+    return (uint32_t)held(&traj->right) + (uint32_t)held(&traj->left);
 }
 
 uint32_t mdl_traj_saved_length(const mdl_traj *traj)
@@ -599,12 +493,12 @@ mdl_status mdl_traj_save(const mdl_traj *traj, mdl_real *saved, uint32_t capacit
     if (capacity < mdl_traj_saved_length(traj)) {
         return MDL_ERR_CAPACITY;
     }
-    *saved++ = (mdl_real)pairs_of(traj);
-    *saved++ = (mdl_real)is_falling(traj);
+    *saved++ = (mdl_real)held(&traj->right);
+    *saved++ = (mdl_real)traj->falling;
     *saved++ = traj->last.x.real;
     *saved++ = traj->last.y_um;
-    saved = save_points(saved, traj->lefts->tp, lefts_of(traj));
-    (void)save_points(saved, traj->rights->tp, pairs_of(traj));
+    saved = save_points(saved, traj->left.tp, held(&traj->left));
+    (void)save_points(saved, traj->right.tp, held(&traj->right));
     return MDL_OK;
 }
 
@@ -680,11 +574,11 @@ mdl_status mdl_traj_resume(mdl_traj *traj, const mdl_real *saved, uint32_t lengt
     if (status != MDL_OK) {
         return status;
     }
-    set_pairs(traj, (uint_fast16_t)saved[0], (uint16_t)saved[1]);
+    keep_pairs(traj, (uint_fast16_t)saved[0], (uint16_t)saved[1]);
     traj->last.x.real = saved[2] + MDL_C(0.0);
     traj->last.y_um = saved[3];
-    saved = resume_points(traj->lefts->tp, saved + 4, lefts_of(traj));
-    (void)resume_points(traj->rights->tp, saved, pairs_of(traj));
+    saved = resume_points(traj->left.tp, saved + 4, held(&traj->left));
+    (void)resume_points(traj->right.tp, saved, held(&traj->right));
     set_limits(traj);
     return MDL_OK;
 }

@@ -51,30 +51,38 @@ typedef struct {
 
 MDL_STATIC_ASSERT(sizeof(mdl_tp_side) == MDL_N_U * sizeof(mdl_real), side_has_no_holes);
 
+/** The turning points held on one side, the innermost on top. */
+typedef struct {
+    mdl_key limit;       /**< an input that reaches it leaves the innermost loop, see mdl_traj.c */
+    mdl_tp *end;         /**< one past the innermost */
+    const mdl_tp *floor; /**< beyond it, the innermost can be dropped without a search */
+    mdl_tp *tp;          /**< the outermost, the caller's memory */
+} mdl_tp_stack;
+
+typedef struct mdl_traj mdl_traj;
+
+/** A part of a step: from here to x in volts, gives y in um. */
+typedef mdl_status mdl_traj_part(mdl_traj *traj, mdl_real x_volts, mdl_real *y_um);
+
 /**
  * State of a trajectory. The caller owns it, both sides of the memory and the major curve. What
  * every sample needs comes first.
  */
-typedef struct {
-    mdl_tp last;               /**< (x_1, y_1) of eq. (10), the point before */
-    mdl_key upper;             /**< an input that rises to this leaves the curve, see mdl_traj.c */
-    mdl_key lower;             /**< an input that falls to this does */
-    uint16_t curve;            /**< on which curve, see mdl_traj.c */
-    mdl_tp *left;              /**< lefts->tp + pairs; if rising, the curve starts there */
-    mdl_tp *right;             /**< rights->tp + pairs; if falling, the curve starts before it */
-    mdl_real c[3];             /**< f0 = f0(0) + c[0] x + c[1] x^2 + c[2] x^3 on the short way */
-    const mdl_tp *left_floor;  /**< beyond it a left turning point can be dropped the short way */
-    const mdl_tp *right_floor; /**< beyond it a right one can */
-    const mdl_tp *left_end;    /**< end of the left side */
-    mdl_key short_end;         /**< the short way serves inputs from 0 to below this */
-    mdl_key range_end;         /**< the least key above the identified range */
-    mdl_tp_side *lefts;        /**< one more than pairs if rising, else pairs */
-    mdl_tp_side *rights;       /**< pairs */
+struct mdl_traj {
+    mdl_tp last;                    /**< (x_1, y_1) of eq. (10), the point before */
+    mdl_tp_stack left;              /**< one more than right ones if rising, else as many */
+    mdl_tp_stack right;             /**< right turning points */
+    uint16_t falling;               /**< 1 on a descending curve (TP_flag of the paper), else 0 */
+    mdl_traj_part *rise;            /**< along an ascending curve, for this kind of f0 */
+    mdl_traj_part *fall;            /**< along a descending one */
+    mdl_real c[MDL_DEGREE_MAX + 1]; /**< f0's coefficients, if it is a polynomial */
+    mdl_key open_end;               /**< inputs from 0 to below this are compared as bits */
+    mdl_key range_end;              /**< the least key above the identified range */
     const mdl_major *major;
     mdl_real f0_min_um;     /**< f0(x_A0) */
     mdl_real full_swing_um; /**< from the minimum to the end of the identified range */
     mdl_real margin_volts;  /**< extrapolated at most this far, >= 0 */
-} mdl_traj;
+};
 
 /**
  * Ties a trajectory to its curve and memory, and resets it.
