@@ -82,9 +82,10 @@ bench: all ## what a step costs on the emulated machines, the paper's algorithm 
 test-python: all ## run the tests in Python
 	@tools/run_pytest.sh test-python $(wildcard tests/python tests/property tests/regression)
 
-reproduce: all ## put the results of Cao & Li 2019 beside ours, in build/cao2019; Fig. 8 on emulated machines
+reproduce: all ## put the papers' results beside ours, in build/cao2019 and build/yang2015
 	@.venv/bin/python tests/target/fig8.py build/timing.json
 	@.venv/bin/madelung reproduce cao2019 --timing build/timing.json -o build/cao2019
+	@.venv/bin/madelung reproduce yang2015 -o build/yang2015
 
 fuzz: all ## feed damaged files and strange options to every command, for as long as asked: SECONDS=600
 	@FUZZ_SECONDS="$(or $(SECONDS),600)" .venv/bin/pytest -q -k survives tests/python/test_fuzz.py

@@ -262,7 +262,7 @@ def test_command_refuses_and_leaves_nothing(tmp_path: Path) -> None:
     for args, match in [
         ((record, "-o", out, "--degree", "x"), "--degree is 'x'"),
         ((record, "-o", out, "--degree", "-1"), "--degree is '-1'"),
-        ((record, "-o", out, "--model", "yang2015"), "not in this version"),
+        ((record, "-o", out, "--model", "yang2015"), "2 whole cycles: record 4 or more"),
         ((record, "-o", out, "--from", 5, "--to", 2), "must be after"),
         ((record, "-o", out, "--plot", tmp_path / "p.gif"), "PNG"),
         ((record, "-o", out, "--html", tmp_path / "p.txt"), "HTML"),

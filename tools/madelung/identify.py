@@ -201,7 +201,7 @@ def identify(
         f"max_{unit}": _most(y - fitted),
         f"noise_{unit}": noise.sigma,
         "noise_from": noise.source,
-        "noise_correlation_rows": noise.rows,
+        "noisecorrelation_rows": noise.rows,
         f"asymmetry_rms_{unit}": _rms(asymmetry),
         f"asymmetry_max_{unit}": _most(asymmetry),
         "covariance": (noise.sigma**2 * noise.rows * (to_powers @ inverse @ to_powers.T)).tolist(),
@@ -447,7 +447,7 @@ def _noise(halves: list[Half], x: Floats, residual: Floats, range_V: float) -> N
         d, source = np.concatenate(differences), "cycle-to-cycle differences"
     else:
         d, source = residual, "residuals"
-    return Noise(float(np.sqrt(np.mean(d**2))), _correlation_rows(d), source)
+    return Noise(float(np.sqrt(np.mean(d**2))), correlation_rows(d), source)
 
 
 def _nearest(among: Floats, wanted: Floats) -> Rows:
@@ -461,7 +461,7 @@ def _nearest(among: Floats, wanted: Floats) -> Rows:
     return np.asarray(order[np.where(closer, left, right)])
 
 
-def _correlation_rows(d: Floats) -> float:
+def correlation_rows(d: Floats) -> float:
     """1 + 2 * sum of the autocorrelation up to its first zero."""
     from scipy.signal import correlate
 

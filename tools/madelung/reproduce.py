@@ -579,10 +579,10 @@ def verdict(row: Row) -> str:
     return {True: "agrees", False: "differs", None: "not comparable"}[row.agrees]
 
 
-def markdown(rows: tuple[Row, ...]) -> str:
+def markdown(citation: str, rows: tuple[Row, ...]) -> str:
     """The rows as a Markdown table."""
     lines = [
-        f"# {CITATION}: the paper's results beside ours",
+        f"# {citation}: the paper's results beside ours",
         "",
         "| where | what | paper | ours | | note |",
         "|---|---|---|---|---|---|",
@@ -591,6 +591,31 @@ def markdown(rows: tuple[Row, ...]) -> str:
         cells = (r.where, r.what, r.paper, r.ours, verdict(r), r.note)
         lines.append("| " + " | ".join(c.replace("|", "\\|") for c in cells) + " |")
     return "\n".join(lines) + "\n"
+
+
+def make_folder(out: Path) -> None:
+    """Make a folder, if need be.
+
+    Raises
+    ------
+    InputError
+        It cannot be made.
+    """
+    try:
+        out.mkdir(exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{out}: cannot be written: {error.strerror}") from error
+
+
+def write_table(out: Path, citation: str, rows: tuple[Row, ...]) -> None:
+    """Write table.md and table.json into a folder."""
+    told = {
+        "paper": citation,
+        "version": __version__,
+        "rows": [{**asdict(row), "verdict": verdict(row)} for row in rows],
+    }
+    write_atomically(out / "table.json", json.dumps(told, indent=1, ensure_ascii=False) + "\n")
+    write_atomically(out / "table.md", markdown(citation, rows))
 
 
 def write(out: Path, found: Reproduction) -> None:
@@ -603,15 +628,6 @@ def write(out: Path, found: Reproduction) -> None:
     """
     from madelung.reproduce_pictures import draw
 
-    try:
-        out.mkdir(exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{out}: cannot be written: {error.strerror}") from error
+    make_folder(out)
     draw(out, found)
-    told = {
-        "paper": CITATION,
-        "version": __version__,
-        "rows": [{**asdict(row), "verdict": verdict(row)} for row in found.rows],
-    }
-    write_atomically(out / "table.json", json.dumps(told, indent=1, ensure_ascii=False) + "\n")
-    write_atomically(out / "table.md", markdown(found.rows))
+    write_table(out, CITATION, found.rows)

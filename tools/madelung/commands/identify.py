@@ -24,7 +24,8 @@ def identify(
         typer.Argument(
             metavar="RECORD",
             help="CSV, .mat or .h5 with t_s, u_V, y_um: a slow triangle or sine over the whole "
-            "range, two cycles or more. Several records of one device are averaged.",
+            "range, two cycles or more. Several records of one device are averaged. For yang2015: "
+            "steady sines of one amplitude at several frequencies, four cycles or more each.",
         ),
     ],
     output: Annotated[Path, typer.Option("--output", "-o", help="Write the model here, JSON.")],
@@ -32,6 +33,10 @@ def identify(
         str, typer.Option(help="Of the polynomial f0, 0 to 7, or auto: by cross-validation.")
     ] = "auto",
     kind: Annotated[Kind, typer.Option("--model", help="Kind of the model.")] = Kind.MADELUNG,
+    operators: Annotated[int, typer.Option(help="yang2015: number of play operators.")] = 10,
+    harmonics: Annotated[
+        int, typer.Option(help="yang2015: 1 for a model of sines, 9 for one of triangles.")
+    ] = 1,
     u_min: Annotated[
         float | None, typer.Option(help="Lowest command, V (default: the lowest recorded).")
     ] = None,
@@ -54,9 +59,15 @@ def identify(
     The descending branch is mapped onto the ascending one by central symmetry, and a polynomial is
     fitted to both (Cao & Li 2019, section 2.3). A record that does not begin at its lowest voltage
     begins in mid motion: its first full swing is left out.
+
+    yang2015: the play operators from the slowest record, then k, c and m from every record and as
+    polynomials of the frequency (Yang et al. 2015, section 4.2).
     """
     if kind is Kind.YANG2015:
-        raise InputError("--model yang2015 is not in this version: use --model madelung")
+        if degree != "auto" or html is not None or (u_min, u_max) != (None, None):
+            raise InputError("--degree, --html, --u-min and --u-max are for --model madelung")
+        window_s = (from_s, to_s)
+        return _identify_yang(records, output, operators, harmonics, window_s, plot)
     wanted = _degree(degree)
 
     from madelung.commands.common import keep_inputs, say, window, working
@@ -79,6 +90,32 @@ def identify(
 
         with working("drawing"):
             write_identification(html, found)
+    found.model.save(output)
+    say(found.warnings, [str(output), *summary(found)])
+
+
+def _identify_yang(
+    records: list[Path],
+    output: Path,
+    operators: int,
+    harmonics: int,
+    window_s: tuple[float | None, float | None],
+    plot: Path | None,
+) -> None:
+    from madelung.commands.common import keep_inputs, say, window, working
+    from madelung.records import read_record
+    from madelung.yang2015_identify import identify_yang, summary
+
+    keep_inputs(records, output, plot)
+    with working("reading"):
+        read = [read_record(path) for path in records]
+    with working("identifying"):
+        found = identify_yang(read, operators, harmonics, *window(*window_s))
+    if plot is not None:
+        from madelung.yang2015_plots import draw_rates
+
+        with working("drawing"):
+            draw_rates(plot, found)
     found.model.save(output)
     say(found.warnings, [str(output), *summary(found)])
 

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from madelung.errors import InputError
+
 if TYPE_CHECKING:
     from madelung.reproduce import Row
 
@@ -16,10 +18,17 @@ class Paper(StrEnum):
     """Papers that can be reproduced."""
 
     CAO2019 = "cao2019"
+    YANG2015 = "yang2015"
 
 
 def reproduce(
-    paper: Annotated[Paper, typer.Argument(help="cao2019: Cao & Li, Sensors 2019, 19, 352.")],
+    paper: Annotated[
+        Paper,
+        typer.Argument(
+            help="cao2019: Cao & Li, Sensors 2019, 19, 352. yang2015: Yang, Li, Gu & Zhu, a "
+            "modified Prandtl-Ishlinskii model for rate-dependent hysteresis."
+        ),
+    ],
     output: Annotated[
         Path | None,
         typer.Option(
@@ -29,7 +38,7 @@ def reproduce(
     timing: Annotated[
         Path | None,
         typer.Option(
-            help="Costs on emulated machines for Fig. 8, as `make reproduce` writes them."
+            help="cao2019: costs on emulated machines for Fig. 8, as `make reproduce` writes them."
         ),
     ] = None,
 ) -> None:
@@ -38,19 +47,40 @@ def reproduce(
     agrees: ours confirms the paper's. differs: it does not, and the note says why. not comparable:
     it depends on something that only the authors have.
     """
+    rows = _yang2015(output, timing) if paper is Paper.YANG2015 else _cao2019(output, timing)
+    _print(rows)
+    if output is not None:
+        typer.echo(str(output))
+
+
+def _cao2019(output: Path | None, timing: Path | None) -> tuple[Row, ...]:
     from madelung.commands.common import working
-    from madelung.reproduce import load_costs, write
-    from madelung.reproduce import reproduce as run
+    from madelung.reproduce import load_costs, reproduce, write
 
     costs = () if timing is None else load_costs(timing)
     with working("computing"):
-        found = run(costs)
+        found = reproduce(costs)
     if output is not None:
         with working("drawing"):
             write(output, found)
-    _print(found.rows)
+    return found.rows
+
+
+def _yang2015(output: Path | None, timing: Path | None) -> tuple[Row, ...]:
+    from madelung.commands.common import working
+    from madelung.reproduce import make_folder
+    from madelung.reproduce_yang import reproduce_yang, write
+
+    if timing is not None:
+        raise InputError("--timing is for cao2019")
     if output is not None:
-        typer.echo(str(output))
+        make_folder(output)
+    with working("computing"):
+        found = reproduce_yang()
+    if output is not None:
+        with working("drawing"):
+            write(output, found)
+    return found.rows
 
 
 def _print(rows: tuple[Row, ...]) -> None:
