@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 
 from madelung.diagnosis.vocabulary import EFFECTS, LIMITS
 from madelung.errors import InputError
@@ -16,6 +18,7 @@ from madelung.model import MARGIN_SHARE
 from madelung.records import Record, read_record, warm_up_rows
 
 Array = NDArray[np.float64]
+Rows = NDArray[np.int64]
 Role = Literal["identify", "train", "holdout"]
 SUFFIXES = (".csv", ".mat", ".h5")
 ROWS_MIN = 100
@@ -23,6 +26,8 @@ ENDS_SHARE = 0.002
 """A running record has been at an end when this share of its swing is left."""
 GRID_GAP_MAX = 0.5
 """A record that misses more than this share of its rows is refused."""
+BRIDGE_SHARE = 0.004
+"""A gap can be bridged when the command is then wrong by less than this share of its swing."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +41,7 @@ class Trace:
     step_s
         Sample time.
     u_V, y_um
-        (n,); bridged linearly where rows are missing.
+        (n,); bridged where rows are missing.
     use
         (n,) bool: rows that are scored and fitted.
     rows
@@ -62,6 +67,26 @@ class Trace:
     def t_s(self) -> Array:
         """Time since the record's start, s, (n,)."""
         return np.arange(self.u_V.size, dtype=np.float64) * self.step_s
+
+    def filled(self, values: Array) -> Array:
+        """Values (n,) with those of rows left out bridged linearly from the others'."""
+        bad, before, behind, share = self._holes
+        if bad.size == 0:
+            return values
+        out = values.copy()
+        out[bad] = (1 - share) * values[before] + share * values[behind]
+        return out
+
+    @cached_property
+    def _holes(self) -> tuple[Rows, Rows, Rows, Array]:
+        """Rows left out, the used ones before and behind each, and its place between them."""
+        kept, bad = np.flatnonzero(self.use), np.flatnonzero(~self.use)
+        if kept.size == 0:
+            return kept, kept, kept, np.empty(0)
+        at = np.searchsorted(kept, bad)
+        before, behind = kept[np.maximum(at - 1, 0)], kept[np.minimum(at, kept.size - 1)]
+        share = np.clip((bad - before) / np.maximum(behind - before, 1), 0.0, 1.0)
+        return bad, before, behind, share
 
     def head(self, n: int) -> Trace:
         """The first n grid points."""
@@ -115,6 +140,13 @@ def load_case(folder: Path) -> Case:
     traces = [identify, *train, *holdout]
     faults = [f for t in traces for f in _faults(t)]
     warnings = [w for t in traces for w in t.record.warnings()]
+    lost = [t.name for t in train if t.use.sum() < ROWS_MIN]
+    train = [t for t in train if t.name not in lost]
+    warnings += [
+        f"{n}: too many rows are missing to know the command's turns: left out" for n in lost
+    ]
+    if not train:
+        raise InputError(f"{folder / 'train'}: too many rows are missing in every record")
     unknown = running - {t.name for t in traces}
     if unknown:
         raise InputError(f"{folder / 'case.json'}: running names no record: {sorted(unknown)[0]}")
@@ -168,7 +200,7 @@ def _number(path: Path, data: dict[str, Any], key: str) -> float:
     return float(value)
 
 
-def _is_number(value: Any) -> bool:
+def _is_number(value: object) -> TypeGuard[float]:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
@@ -251,26 +283,117 @@ def _check_range(path: Path, record: Record, head: dict[str, Any]) -> None:
 
 
 def _on_grid(path: Path, record: Record, role: Role, running: bool) -> Trace:
-    step = record.step_s
     assert record.y is not None
-    rows = np.rint((record.t_s - record.t_s[0]) / step).astype(np.int64)
+    t = record.t_s - record.t_s[0]
+    rows = np.rint(t / record.step_s).astype(np.int64)
+    step = float(t[-1] / rows[-1])
+    rows = np.rint(t / step).astype(np.int64)
     size = int(rows[-1]) + 1
     if size > rows.size / (1 - GRID_GAP_MAX):
         raise InputError(f"{path}: most rows are missing between {record.t_s[0]:g} s and its end")
-    sound = record.sound & np.concatenate([[True], np.diff(rows) > 0])
+    first = np.concatenate([[True], np.diff(rows) > 0])
+    sound = record.sound & first
     grid = np.arange(size)
-    known = np.zeros(size, np.bool_)
-    known[rows[sound]] = True
-    kept = rows[sound]
 
     def bridge(values: Array) -> Array:
-        return np.asarray(np.interp(grid, kept, values[sound]), np.float64)
+        return np.asarray(np.interp(grid, rows[sound], values[sound]), np.float64)
 
-    u = np.interp(grid, rows, record.u_V)
+    u, doubtful = _bridged(rows[first], record.u_V[first])
+    use = np.zeros(size, np.bool_)
+    use[rows[sound]] = True
     warm_up = min(warm_up_rows(u, ENDS_SHARE), u.size // 2) if running else 0
-    use = known & (grid >= warm_up)
+    use &= (grid >= warm_up) & ~doubtful
+    if use.sum() < ROWS_MIN and role == "identify":
+        raise InputError(f"{path}: too many rows are missing to know the turns of the command")
     meas = None if record.u_meas_V is None else bridge(record.u_meas_V)
     return Trace(path.stem, role, step, u, bridge(record.y), use, rows, record, running, meas)
+
+
+def _bridged(rows: Rows, u_V: Array) -> tuple[Array, NDArray[np.bool_]]:
+    """The command on the whole grid, and rows whose past is in doubt.
+
+    A gap is bridged in the way that errs least where the command is known. Where that is still too
+    far from a straight line, the gap may hide a turn: until the command has since gone beyond all
+    that this may have reached, the displacement cannot be foretold.
+    """
+    grid = np.arange(rows[-1] + 1)
+    doubtful = np.zeros(grid.size, np.bool_)
+    straight = np.asarray(np.interp(grid, rows, u_V), np.float64)
+    lengths = np.diff(rows) - 1
+    gaps = np.flatnonzero(lengths)
+    if gaps.size == 0:
+        return straight, doubtful
+    usual = int(np.median(lengths[gaps]))
+    errors = {k: _bridge_error(straight, usual, k) for k in ("straight", "smooth", "kinked")}
+    kind = min(errors, key=lambda k: errors[k])
+    bent = _kinked(rows, u_V, grid, straight)
+    if kind != "kinked":
+        bent = np.clip(CubicSpline(rows, u_V)(grid), u_V.min(), u_V.max())
+    u = straight if kind == "straight" else bent
+    swing = float(np.ptp(u_V))
+    error = np.maximum.reduceat(np.abs(bent - straight), rows[:-1])[gaps]
+    if kind != "straight":
+        told, which = np.unique(lengths[gaps], return_inverse=True)
+        share = [
+            _bridge_error(straight, int(g), kind)
+            / max(_bridge_error(straight, int(g), "straight"), 1e-12)
+            for g in told
+        ]
+        error *= np.minimum(share, 1.0)[which]
+    edge = ENDS_SHARE * swing
+    for i, e in zip(gaps, error, strict=True):
+        if e < BRIDGE_SHARE * swing:
+            continue
+        inside, after = u[rows[i] : rows[i + 1] + 1], u[rows[i + 1] :]
+        place = np.linspace(-1.0, 1.0, inside.size)
+        reach = e * (1 - place**2)
+        top, bottom = float((inside + reach).max()), float((inside - reach).min())
+        settled = 0
+        if top > max(inside[0], inside[-1]) + edge:
+            settled = _first(after >= min(top, float(u.max()) - edge))
+        if bottom < min(inside[0], inside[-1]) - edge:
+            settled = max(settled, _first(after <= max(bottom, float(u.min()) + edge)))
+        doubtful[rows[i + 1] : rows[i + 1] + settled] = True
+    return u, doubtful
+
+
+def _kinked(rows: Rows, u_V: Array, grid: Rows, straight: Array) -> Array:
+    """Gaps bridged by going on along the lines at both sides to where they meet."""
+    slope = np.diff(u_V) / np.diff(rows)
+    left = np.searchsorted(rows, grid, side="right") - 1
+    left = np.minimum(left, rows.size - 2)
+    before, behind = slope[np.maximum(left - 1, 0)], slope[np.minimum(left + 1, slope.size - 1)]
+    a = u_V[left] + before * (grid - rows[left])
+    b = u_V[left + 1] - behind * (rows[left + 1] - grid)
+    return np.where(np.isin(grid, rows), straight, _meeting(a, b, straight))
+
+
+def _meeting(a: Array, b: Array, chord: Array) -> Array:
+    """Of two lines, what lies nearer the chord, if they leave it to the same side."""
+    top, bottom = np.minimum(a, b), np.maximum(a, b)
+    out: Array = np.where(top > chord, top, np.where(bottom < chord, bottom, chord))
+    return out
+
+
+def _first(where: NDArray[np.bool_]) -> int:
+    """Place of the first True; the size where there is none."""
+    at = int(np.argmax(where)) if where.size else 0
+    return at if where.size and where[at] else where.size
+
+
+def _bridge_error(u: Array, gap: int, kind: str) -> float:
+    """Rms error in the middle of a gap of so many rows, where nothing is missing, V."""
+    h = (gap + 2) // 2
+    n = u.size - 2 * h - 2
+    if n < 1:
+        return float(np.ptp(u))
+    first, second, third, fourth = (u[k : k + n] for k in (0, 1, 2 * h + 1, 2 * h + 2))
+    guess = (second + third) / 2
+    if kind == "smooth":
+        guess = guess + h * h / (4 * h + 2) * (second + third - first - fourth)
+    if kind == "kinked":
+        guess = _meeting(second + h * (second - first), third + h * (third - fourth), guess)
+    return float(np.sqrt(np.mean((u[h + 1 : h + 1 + n] - guess) ** 2)))
 
 
 def _faults(trace: Trace) -> list[dict[str, Any]]:

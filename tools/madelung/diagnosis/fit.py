@@ -24,8 +24,6 @@ Array = NDArray[np.float64]
 FINITE_STEP = 1e-3
 ITERATIONS = 12
 COST_TOLERANCE = 0.05
-GUARD = 2
-"""Rows behind a bad one that are left out too, because whitening looks back."""
 
 
 @dataclass(frozen=True)
@@ -78,7 +76,7 @@ class Problem:
         self.scales = scales
         self.degree = degree
         self._local = threading.local()
-        self._use = [_guarded(t) for t in self.traces]
+        self._use = [t.use for t in self.traces]
         ends = np.cumsum([t.u_V.size for t in self.traces])
         self.slices = [
             slice(int(e) - t.u_V.size, int(e)) for e, t in zip(ends, self.traces, strict=True)
@@ -144,7 +142,7 @@ class Problem:
     def whiten(self, values: Sequence[Array]) -> Array:
         """Whitened, with zeros where rows are left out, (N,)."""
         parts = [
-            self.noise.whiten(np.where(t.use, v, 0.0), t.step_s) * use
+            self.noise.whiten(t.filled(v), t.step_s) * use
             for v, t, use in zip(values, self.traces, self._use, strict=True)
         ]
         return np.concatenate(parts)
@@ -161,6 +159,10 @@ class Problem:
                 for s, use in zip(self.slices, self._use, strict=True)
             ]
         )
+
+    def excess_per_row(self, residual: Array) -> Array:
+        """By record: `excess` over the number of rows that are used."""
+        return self.excess(residual) / np.array([max(int(use.sum()), 1) for use in self._use])
 
     def at(self, beta: Array) -> Fit:
         """f0 alone, as given, without a fit."""
@@ -277,10 +279,14 @@ class Problem:
         path = self.path(fit.forms, fit.values, fit.beta)
         displaced = self.displacement(fit.forms, fit.values, path)
         y = self.measured(fit.forms, fit.values, displaced)
-        columns = self._columns_f0(fit.forms, fit.values, fit.beta, y)
+        jacobian = np.empty((fit.beta.size + len(fit.params), fit.residual.size))
+        jacobian[: fit.beta.size] = self._columns_f0(fit.forms, fit.values, fit.beta, y)
+        row = fit.beta.size
         for form in fit.forms:
-            columns += self.columns_of(form, fit.forms, fit.values, fit.beta, displaced, y)
-        return np.array(columns)
+            own = self.columns_of(form, fit.forms, fit.values, fit.beta, displaced, y)
+            jacobian[row : row + len(own)] = own
+            row += len(own)
+        return jacobian
 
     def _step(
         self, fit: Fit, jacobian: Array, damping: float, tries: int
@@ -376,14 +382,6 @@ def _history(past: list[Form], trace: Trace, values: dict[str, float]) -> Array:
     return history(trace, values)
 
 
-def _guarded(trace: Trace) -> NDArray[np.bool_]:
-    bad = ~trace.use
-    late = bad.copy()
-    for k in range(1, GUARD + 1):
-        late[k:] |= bad[:-k]
-    return ~late
-
-
 def _basis(degree: int, range_V: float) -> Array:
     """Rows: shifted Legendre polynomials of x / range that vanish at x = 0, in powers of x."""
     rows = np.zeros((degree, degree + 1))
@@ -418,7 +416,7 @@ def _moved(forms: Sequence[Form], values: dict[str, float], move: Array) -> dict
 
 
 def _secant(jacobian: Array, old: Fit, new: Fit) -> Array:
-    """Broyden's update: the columns (p, N), corrected along the step that was made."""
+    """Broyden's update, in place: the columns (p, N), corrected along the step that was made."""
     moves = [
         float(np.log(new.values[p.key] / old.values[p.key]))
         if p.log
@@ -432,8 +430,9 @@ def _secant(jacobian: Array, old: Fit, new: Fit) -> Array:
     if length <= 0:
         return jacobian
     missed = old.residual - new.residual - move @ jacobian
-    out: Array = jacobian + np.outer(weighted / length, missed)
-    return out
+    for row, share in zip(jacobian, weighted / length, strict=True):
+        row += share * missed
+    return jacobian
 
 
 def _clipped(forms: Sequence[Form], values: dict[str, float]) -> dict[str, float]:

@@ -21,6 +21,8 @@ RIVAL_GAIN = 20.0
 RIVAL_EXCESS = 1.3
 """... its excess over the noise is larger by this factor."""
 REMAINDER_MAX = 0.05
+LEVEL_ERRORS = 3.0
+"""Standard errors of the noise's level that a remainder may lie above it and be noise."""
 
 
 @dataclass(frozen=True)
@@ -47,8 +49,11 @@ def judge(engine: Engine, search: Search, gap_excess: float) -> Verdict:
     best = search.best
     left = train_excess(problem, best)
     share = max(left, 0.0) / max(gap_excess, 1.0)
-    tolerance = EXCESS_MIN + 4 * np.sqrt(2 / max(problem.noise.samples, 1))
-    allowed = tolerance * sum(int(t.use.sum()) for t in problem.traces if t.role == "train")
+    allowed = sum(
+        (EXCESS_MIN + LEVEL_ERRORS * problem.noise.level_error(t.step_s)) * int(t.use.sum())
+        for t in problem.traces
+        if t.role == "train"
+    )
     structured = left > allowed
     effects = sorted(best.effects)
     if structured and share > REMAINDER_MAX:

@@ -363,7 +363,7 @@ class _Gap:
         self.total = float(self.energy.sum())
         self.rows = np.array([int(t.use.sum()) for t in traces])
         self.ends = np.append(0, np.cumsum(self.rows))
-        spreads = [_inflation(noise, t.step_s) for t in traces]
+        spreads = [noise.rows_per_independent(t.step_s) for t in traces]
         self.spread = float(np.average(spreads, weights=self.rows))
         self._blocks = self._block_edges()
         self._seed = seed
@@ -676,13 +676,6 @@ def _outward(low: float, high: float) -> tuple[float, float]:
         float(np.round(np.floor(low / unit) * unit, 12)),
         float(np.round(np.ceil(high / unit) * unit, 12)),
     )
-
-
-def _inflation(noise: Noise, step_s: float) -> float:
-    """Rows of noise that tell as much about its power as one independent row."""
-    a = noise.innovations(step_s)[0]
-    coloured = (noise.coloured_um / max(noise.rms_um, 1e-300)) ** 2
-    return 1.0 + 2.0 * coloured**2 * a * a / max(1.0 - a * a, 1e-9)
 
 
 def _multiplicity(n: int) -> Array:
