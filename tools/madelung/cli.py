@@ -8,6 +8,7 @@ import typer
 from typer.exceptions import TyperException
 
 from madelung import __version__
+from madelung.commands import blind
 from madelung.commands.diagnose import diagnose
 from madelung.commands.export import export
 from madelung.commands.identify import identify
@@ -49,6 +50,7 @@ app.command()(export)
 app.command()(simulate)
 app.command()(unseal)
 app.command()(timing)
+app.add_typer(blind.app, name="blind")
 
 
 def main() -> None:

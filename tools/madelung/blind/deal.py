@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from madelung.blind.excitations import draw_commands, log_uniform
+from madelung.blind.excitations import ROWS_MAX, draw_commands, log_uniform
 from madelung.blind.laws import Draw, draw_law
 from madelung.campaigns import Commands
 from madelung.files import read_json, write_atomically
@@ -28,7 +28,9 @@ _STREAM = 0xB11D
 """Keeps these draws apart from all others of the same seed."""
 
 
-def deal_case(folder: Path, seed: int, left_out: bool = False) -> dict[str, Any]:
+def deal_case(
+    folder: Path, seed: int, left_out: bool = False, rows_max: int = ROWS_MAX
+) -> dict[str, Any]:
     """Write a case for `madelung diagnose` (contract: diagnose.md) and give its label.
 
     Parameters
@@ -39,6 +41,8 @@ def deal_case(folder: Path, seed: int, left_out: bool = False) -> dict[str, Any]
         Decides everything, 0 or above.
     left_out
         One effect acts, and case.json takes it out of the diagnosis's library.
+    rows_max
+        Most rows of all train records together, `ROWS_MIN` or more.
 
     Returns
     -------
@@ -56,7 +60,7 @@ def deal_case(folder: Path, seed: int, left_out: bool = False) -> dict[str, Any]
     """
     rng = np.random.default_rng([seed, _STREAM])
     stage = _draw_stage(rng)
-    every = draw_commands(rng, stage.u_min_V, stage.u_max_V)
+    every = draw_commands(rng, stage.u_min_V, stage.u_max_V, rows_max)
     kind = "left_out" if left_out else str(rng.choice(list(KINDS), p=list(KINDS.values())))
     sizes = _draw_sizes(kind, rng)
     scene = make_scene(stage, every)
@@ -94,7 +98,7 @@ def deal_case(folder: Path, seed: int, left_out: bool = False) -> dict[str, Any]
 
 def _draw_stage(rng: np.random.Generator) -> Stage:
     width_V = log_uniform(rng, 8.0, 800.0)
-    u_min_V = -width_V * float(rng.choice([0.0, 0.0, 1 / 7, 1 / 4, 1 / 2]))
+    u_min_V = 0.0 - width_V * float(rng.choice([0.0, 0.0, 1 / 7, 1 / 4, 1 / 2]))
     stroke_um = log_uniform(rng, 5.0, 200.0)
     shapes: list[dict[str, Any]] = [
         {"loop_decay": rng.uniform(0.0, 3.0)},

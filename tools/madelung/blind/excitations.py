@@ -12,8 +12,10 @@ from madelung.waveforms import Command, Waveform
 
 _RATES_HZ = np.array([200.0, 500.0, 1000.0, 2000.0, 2500.0, 5000.0, 10_000.0, 20_000.0])
 _POINTS_PER_PERIOD = 15.0
-_ROWS_MIN, _ROWS_MAX = 2000, 40_000
-_CASE_ROWS = (6e3, 1e5)
+ROWS_MIN, ROWS_MAX = 4000, 100_000
+"""Of all train records of a case together."""
+_RECORD_ROWS_MIN = 2000
+_LOOP_ROWS_MAX = 15_000
 _SLOW_SHARE = 0.15
 _MOVING = (
     Waveform.TRIANGLE,
@@ -34,16 +36,18 @@ def log_uniform(rng: np.random.Generator, low: float, high: float) -> float:
     return float(np.exp(rng.uniform(np.log(low), np.log(high))))
 
 
-def draw_commands(rng: np.random.Generator, u_min_V: float, u_max_V: float) -> Commands:
+def draw_commands(
+    rng: np.random.Generator, u_min_V: float, u_max_V: float, rows_max: int = ROWS_MAX
+) -> Commands:
     """Commands by record: ``identify``, one to five ``train/...``, one to three ``holdout/...``.
 
     At least one train record moves all the time, and one begins above a quarter of the range. One
-    case in seven has nothing above 3 Hz.
+    case in seven has nothing above 3 Hz. rows_max: see `ROWS_MAX`.
     """
     slow = bool(rng.uniform() < _SLOW_SHARE)
     top_hz = log_uniform(rng, 0.5, 3.0) if slow else log_uniform(rng, 5.0, 150.0)
     trains, holdouts = int(rng.integers(1, 6)), int(rng.integers(1, 4))
-    rows = int(np.clip(log_uniform(rng, *_CASE_ROWS) / trains, _ROWS_MIN, _ROWS_MAX))
+    rows = int(max(log_uniform(rng, ROWS_MIN, rows_max) / trains, _RECORD_ROWS_MIN))
     places = ["train"] * trains + ["holdout"] * holdouts
     every = {"identify": _within(_slow_loop(rng), u_min_V, u_max_V, (0.0, 1.0), rng)}
     for index, place in enumerate(places):
@@ -58,8 +62,10 @@ def draw_commands(rng: np.random.Generator, u_min_V: float, u_max_V: float) -> C
 def _slow_loop(rng: np.random.Generator) -> Command:
     waveform = Waveform.TRIANGLE if rng.uniform() < 0.7 else Waveform.SINE
     hz, cycles = log_uniform(rng, 0.05, 0.4), rng.integers(2, 6) + 0.1
-    rate_hz = float(rng.choice([r for r in (200.0, 500.0, 1000.0) if cycles / hz * r >= _ROWS_MIN]))
-    return Command(waveform, cycles / hz, rate_hz, hz=hz)
+    seconds = cycles / hz
+    rates_hz = [r for r in (200.0, 500.0, 1000.0) if seconds * r >= _RECORD_ROWS_MIN]
+    rate_hz = min(float(rng.choice(rates_hz)), np.ceil(_LOOP_ROWS_MAX / seconds))
+    return Command(waveform, seconds, rate_hz, hz=hz)
 
 
 def _share(rng: np.random.Generator, biased: bool) -> tuple[float, float]:
