@@ -11,27 +11,114 @@ static int acts(const mdl_chain *chain, uint16_t block)
     return (chain->params->blocks & block) != 0;
 }
 
+#define COUNT(array) ((uint16_t)(sizeof(array) / sizeof(array)[0]))
+
+static mdl_status judge(const mdl_real *v, uint16_t count, int are_in_range)
+{
+    if (!mdl_all_finite(v, count)) {
+        return MDL_ERR_NOT_FINITE;
+    }
+    return are_in_range ? MDL_OK : MDL_ERR_PARAMETER;
+}
+
+static mdl_status check_saturation(const mdl_saturation_params *p)
+{
+    const mdl_real v[] = {p->high_volts, p->low_volts, p->knee_volts};
+    return judge(v, COUNT(v), p->low_volts < p->high_volts && p->knee_volts >= MDL_C(0.0));
+}
+
+/* Outside its range a lag may not settle. */
+static mdl_status check_lag(const mdl_lag_params *p)
+{
+    const mdl_real v[] = {p->decay, p->ramp};
+    return judge(v, COUNT(v),
+                 p->decay >= MDL_C(0.0) && p->decay <= MDL_C(1.0) && p->ramp >= MDL_C(0.0) &&
+                     p->ramp <= MDL_C(1.0));
+}
+
+static mdl_status check_rate(const mdl_rate_params *p)
+{
+    const mdl_real v[] = {p->v_scale, p->power, p->damping_um, p->widening, p->threshold_volts};
+    mdl_status status = check_lag(&p->filter);
+    return status != MDL_OK ? status
+                            : judge(v, COUNT(v),
+                                    p->power > MDL_C(0.0) && p->power <= MDL_C(4.0) &&
+                                        p->threshold_volts >= MDL_C(0.0));
+}
+
+static mdl_status check_creep(const mdl_chain_params *p)
+{
+    mdl_status status = MDL_OK;
+    uint16_t i;
+    for (i = 0; status == MDL_OK && i < p->creep_count; i++) {
+        status = mdl_is_finite(p->creep[i].gain) ? check_lag(&p->creep[i].lag) : MDL_ERR_NOT_FINITE;
+    }
+    return status;
+}
+
+static mdl_status check_modes(const mdl_chain_params *p)
+{
+    mdl_status status = MDL_OK;
+    uint16_t i;
+    for (i = 0; status == MDL_OK && i < p->mode_count; i++) {
+        const mdl_mode_params *m = &p->mode[i];
+        const mdl_real v[] = {m->phi[0][0], m->phi[0][1], m->phi[1][0], m->phi[1][1],
+                              m->gamma[0],  m->gamma[1],  m->share};
+        status = judge(v, COUNT(v), 1);
+    }
+    return status;
+}
+
+static mdl_status check_yang(const mdl_chain_params *p)
+{
+    return p->yang != 0 ? mdl_yang_check(p->yang) : MDL_ERR_PARAMETER;
+}
+
+/* The first of the blocks that act whose parameters are not in their documented range says why. */
+static mdl_status check_blocks(const mdl_chain_params *p)
+{
+    const mdl_real sensor[] = {p->gain, p->offset_um};
+    mdl_status status = MDL_OK;
+#define CHECK(block, checked)                                                                      \
+    if (status == MDL_OK && (p->blocks & (block)) != 0) {                                          \
+        status = checked;                                                                          \
+    }
+    CHECK(MDL_BLOCK_SATURATION, check_saturation(&p->saturation))
+    CHECK(MDL_BLOCK_SLEW, judge(&p->slew_step_volts, 1, p->slew_step_volts > MDL_C(0.0)))
+    CHECK(MDL_BLOCK_LAG, check_lag(&p->lag))
+    CHECK(MDL_BLOCK_RATE, check_rate(&p->rate))
+    CHECK(MDL_BLOCK_YANG, check_yang(p))
+    CHECK(MDL_BLOCK_CREEP, check_creep(p))
+    CHECK(MDL_BLOCK_MODES, check_modes(p))
+    CHECK(MDL_BLOCK_BACKLASH, judge(&p->dead_band_um, 1, p->dead_band_um >= MDL_C(0.0)))
+    CHECK(MDL_BLOCK_DELAY, judge(p->delay.weight, COUNT(p->delay.weight), 1))
+    CHECK(MDL_BLOCK_GAIN, judge(sensor, COUNT(sensor), 1))
+#undef CHECK
+    return status;
+}
+
+static mdl_status check(const mdl_chain_params *p)
+{
+    if (!mdl_is_finite(p->u_min_volts)) {
+        return MDL_ERR_NOT_FINITE;
+    }
+    if (p->substeps > SUBSTEPS_MAX) {
+        return MDL_ERR_PARAMETER;
+    }
+    if (p->creep_count > MDL_CREEP_MODES_MAX || p->mode_count > MDL_MODES_MAX ||
+        p->delay.whole > MDL_DELAY_MAX - 4) {
+        return MDL_ERR_CAPACITY;
+    }
+    return check_blocks(p);
+}
+
 mdl_status mdl_chain_init(mdl_chain *chain, const mdl_chain_params *params, mdl_tp_side *left,
                           mdl_tp_side *right)
 {
-    mdl_status status;
-    if (!mdl_is_finite(params->u_min_volts)) {
-        return MDL_ERR_NOT_FINITE;
+    mdl_status status = check(params);
+    if (status == MDL_OK) {
+        status = mdl_traj_init(&chain->traj, &params->major, left, right, params->margin_volts);
     }
-    if (params->substeps > SUBSTEPS_MAX) {
-        return MDL_ERR_PARAMETER;
-    }
-    if (params->creep_count > MDL_CREEP_MODES_MAX || params->mode_count > MDL_MODES_MAX ||
-        params->delay.whole > MDL_DELAY_MAX - 4) {
-        return MDL_ERR_CAPACITY;
-    }
-    if ((params->blocks & MDL_BLOCK_YANG) != 0) {
-        status = params->yang != 0 ? mdl_yang_check(params->yang) : MDL_ERR_PARAMETER;
-        if (status != MDL_OK) {
-            return status;
-        }
-    }
-    status = mdl_traj_init(&chain->traj, &params->major, left, right, params->margin_volts);
     if (status == MDL_OK) {
         chain->params = params;
         mdl_chain_reset(chain);
@@ -43,6 +130,7 @@ void mdl_chain_reset(mdl_chain *chain)
 {
     mdl_traj_reset(&chain->traj);
     memset(&chain->at, 0, sizeof chain->at);
+    chain->at.delayed_um = chain->params->major.at_zero_um;
     mdl_delay_reset(&chain->delay, MDL_C(0.0));
     chain->started = 0;
 }
@@ -182,19 +270,40 @@ static mdl_real measured(const mdl_chain *chain)
     return y;
 }
 
+/*
+ * The command, limited to where the hysteresis is extrapolated to: the blocks before it, which are
+ * linear, would pass on a huge one for long, or overflow.
+ */
+static mdl_status limit(const mdl_chain *chain, mdl_real *u_volts)
+{
+    const mdl_chain_params *p = chain->params;
+    mdl_real low = p->u_min_volts - p->margin_volts;
+    mdl_real high = p->u_min_volts + (p->major.range_volts + p->margin_volts);
+    if (acts(chain, MDL_BLOCK_YANG)) {
+        low = p->yang->low_volts - p->yang->margin_volts;
+        high = p->yang->high_volts + p->yang->margin_volts;
+    }
+    if (*u_volts >= low && *u_volts <= high) {
+        return MDL_OK;
+    }
+    *u_volts = *u_volts < low ? low : high;
+    return MDL_CLAMPED;
+}
+
 mdl_status mdl_chain_step(mdl_chain *chain, mdl_real u_volts, mdl_real *y_um)
 {
     const mdl_chain_params *p = chain->params;
-    int status = MDL_OK;
+    int status;
     if (p->blocks == 0) {
         return mdl_traj_step(&chain->traj, u_volts - p->u_min_volts, y_um);
     }
     if (!mdl_is_finite(u_volts - p->u_min_volts)) {
-        *y_um = chain->at.target_um;
+        *y_um = measured(chain);
         return MDL_ERR_NOT_FINITE;
     }
+    status = limit(chain, &u_volts);
     if (!chain->started) {
-        status = start(chain, u_volts);
+        status |= start(chain, u_volts);
     } else {
         uint16_t n = p->substeps > 1u ? p->substeps : 1u;
         mdl_real from = chain->at.u_volts;

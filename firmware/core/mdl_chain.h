@@ -101,8 +101,10 @@ void mdl_chain_reset(mdl_chain *chain);
 
 /**
  * One sample: command in volts to displacement in um.
- * @return as mdl_traj_step; the statuses of substeps are combined. MDL_ERR_NOT_FINITE: nothing
- *         was changed, y_um is the last displacement behind the backlash
+ * @return as mdl_traj_step; the statuses of substeps are combined. With blocks, a command
+ *         beyond the margin is limited to its edge before the first one (MDL_CLAMPED).
+ *         MDL_ERR_NOT_FINITE: nothing was changed, y_um is the last displacement again, before
+ *         the first sample that at rest
  */
 mdl_status mdl_chain_step(mdl_chain *chain, mdl_real u_volts, mdl_real *y_um);
 

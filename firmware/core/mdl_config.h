@@ -13,7 +13,7 @@
 #define MDL_N_U 4096
 #endif
 
-/** Largest degree of the polynomial f0, eq. (9). Limit: 1 to 7 (Horner is unrolled up to 7). */
+/** Largest degree of the polynomial f0, eq. (9). Fixed: Horner is unrolled up to it. */
 #define MDL_DEGREE_MAX 7
 
 /** Most breakpoints of a piecewise-linear f0, eq. (16). Limit: 2 to 255. Memory: 12 bytes each. */
@@ -26,7 +26,7 @@
 #define MDL_CREEP_MODES_MAX 12
 #endif
 
-/** Most flexure modes. Limit: 1 to 4. Memory: 40 bytes each. */
+/** Most flexure modes. Limit: 1 to 4. Memory: 36 bytes each. */
 #ifndef MDL_MODES_MAX
 #define MDL_MODES_MAX 2
 #endif
@@ -42,7 +42,7 @@
 #define MDL_HARMONICS_MAX 9
 #endif
 
-/** Longest delay. Unit: samples. Limit: 4 to 32767. Memory: 4 bytes each. */
+/** Longest delay. Unit: substeps of a sample. Limit: 4 to 32767. Memory: 4 bytes each. */
 #ifndef MDL_DELAY_MAX
 #define MDL_DELAY_MAX 64
 #endif

@@ -1,16 +1,5 @@
 #include "mdl_major.h"
 
-static int all_finite(const mdl_real *v, uint16_t count)
-{
-    uint16_t i;
-    for (i = 0; i < count; i++) {
-        if (!mdl_is_finite(v[i])) {
-            return 0;
-        }
-    }
-    return 1;
-}
-
 static int starts_at_zero_and_ascends(const mdl_real *x, uint16_t count)
 {
     uint16_t i;
@@ -44,7 +33,7 @@ mdl_status mdl_major_init_polynomial(mdl_major *major, mdl_real range_volts, con
     if (degree > MDL_DEGREE_MAX) {
         return MDL_ERR_PARAMETER;
     }
-    if (!mdl_is_finite(range_volts) || !all_finite(c, (uint16_t)(degree + 1u))) {
+    if (!mdl_is_finite(range_volts) || !mdl_all_finite(c, (uint16_t)(degree + 1u))) {
         return MDL_ERR_NOT_FINITE;
     }
     if (!(range_volts > MDL_C(0.0))) {
@@ -72,7 +61,7 @@ mdl_status mdl_major_init_breakpoints(mdl_major *major, const mdl_real *x_volts,
     if (count < 2) {
         return MDL_ERR_PARAMETER;
     }
-    if (!all_finite(x_volts, count) || !all_finite(y_um, count)) {
+    if (!mdl_all_finite(x_volts, count) || !mdl_all_finite(y_um, count)) {
         return MDL_ERR_NOT_FINITE;
     }
     if (!starts_at_zero_and_ascends(x_volts, count) || !slopes_are_finite(x_volts, y_um, count)) {
@@ -105,8 +94,8 @@ mdl_status mdl_major_init_play(mdl_major *major, mdl_real range_volts, const mdl
     if (count < 1) {
         return MDL_ERR_PARAMETER;
     }
-    if (!mdl_is_finite(range_volts) || !all_finite(weight, count) ||
-        !all_finite(threshold, count)) {
+    if (!mdl_is_finite(range_volts) || !mdl_all_finite(weight, count) ||
+        !mdl_all_finite(threshold, count)) {
         return MDL_ERR_NOT_FINITE;
     }
     if (!starts_at_zero_and_ascends(threshold, count) || !(range_volts > threshold[count - 1])) {

@@ -71,4 +71,16 @@ static inline int mdl_is_finite(mdl_real v)
     return (mdl_bits(v) & MDL_EXPONENT_BITS) != MDL_EXPONENT_BITS;
 }
 
+/** 1 when all of count reals are finite. */
+static inline int mdl_all_finite(const mdl_real *v, uint16_t count)
+{
+    uint16_t i;
+    for (i = 0; i < count; i++) {
+        if (!mdl_is_finite(v[i])) {
+            return 0;
+        }
+    }
+    return 1;
+}
+
 #endif

@@ -153,6 +153,89 @@ void test_init_refuses_parameters_out_of_range(void)
     TEST_ASSERT_EQUAL_MEMORY(&before, &chain, sizeof chain);
 }
 
+/* Of every block: what is not finite, and what is out of range; switched off, nothing is asked. */
+void test_init_refuses_what_no_block_can_run_with(void)
+{
+    static mdl_chain_params good;
+    mdl_chain before;
+    mdl_real *reals[] = {&params.saturation.low_volts,
+                         &params.saturation.high_volts,
+                         &params.saturation.knee_volts,
+                         &params.slew_step_volts,
+                         &params.lag.decay,
+                         &params.lag.ramp,
+                         &params.rate.filter.decay,
+                         &params.rate.v_scale,
+                         &params.rate.power,
+                         &params.rate.damping_um,
+                         &params.rate.widening,
+                         &params.rate.threshold_volts,
+                         &params.creep[1].lag.ramp,
+                         &params.creep[1].gain,
+                         &params.mode[1].phi[1][0],
+                         &params.mode[0].gamma[1],
+                         &params.mode[1].share,
+                         &params.dead_band_um,
+                         &params.delay.weight[3],
+                         &params.gain,
+                         &params.offset_um};
+    const struct {
+        mdl_real *real;
+        mdl_real value;
+    } bad[] = {{&params.saturation.low_volts, MDL_C(5.0)},
+               {&params.saturation.knee_volts, MDL_C(-0.5)},
+               {&params.slew_step_volts, MDL_C(0.0)},
+               {&params.lag.decay, MDL_C(-0.5)},
+               {&params.lag.decay, MDL_C(1.5)},
+               {&params.lag.ramp, MDL_C(-0.5)},
+               {&params.lag.ramp, MDL_C(1.5)},
+               {&params.rate.filter.ramp, MDL_C(1.5)},
+               {&params.rate.power, MDL_C(0.0)},
+               {&params.rate.power, MDL_C(4.5)},
+               {&params.rate.threshold_volts, MDL_C(-0.5)},
+               {&params.creep[0].lag.decay, MDL_C(2.0)},
+               {&params.dead_band_um, MDL_C(-0.5)}};
+    uint16_t k;
+    int i;
+    use_everything();
+    start();
+    good = params;
+    before = chain;
+    for (k = 0; k < sizeof reals / sizeof reals[0]; k++) {
+        for (i = 0; i < 3; i++) {
+            *reals[k] = mdl_test_not_finite(i);
+            ASSERT_STATUS(MDL_ERR_NOT_FINITE, mdl_chain_init(&chain, &params, &left, &right));
+            params = good;
+        }
+    }
+    for (k = 0; k < sizeof bad / sizeof bad[0]; k++) {
+        *bad[k].real = bad[k].value;
+        ASSERT_STATUS(MDL_ERR_PARAMETER, mdl_chain_init(&chain, &params, &left, &right));
+        TEST_ASSERT_EQUAL_MEMORY(&before, &chain, sizeof chain);
+        params.blocks = 0;
+        ASSERT_STATUS(MDL_OK, mdl_chain_init(&chain, &params, &left, &right));
+        params = good;
+        start();
+    }
+}
+
+void test_a_huge_command_is_limited_before_the_blocks(void)
+{
+    const mdl_real huge = MDL_TEST_EPSILON < 1e-12 ? (mdl_real)1e308 : MDL_C(3e38);
+    uint16_t i;
+    use_line(MDL_BLOCK_LAG | MDL_BLOCK_CREEP);
+    params.substeps = 2;
+    params.lag.decay = MDL_C(0.5);
+    params.lag.ramp = MDL_C(0.5);
+    start();
+    STEP(6.0, 9.0, MDL_OK);
+    for (i = 0; i < 4u; i++) {
+        mdl_real y;
+        TEST_ASSERT_TRUE(mdl_chain_step(&chain, i % 2u ? -huge : huge, &y) & MDL_CLAMPED);
+        TEST_ASSERT_TRUE(y >= MDL_C(-3.0) && y <= MDL_C(13.0)); /* f0 within the margin, 4 volts */
+    }
+}
+
 void test_init_takes_parameters_at_their_limits(void)
 {
     params.substeps = 64;
@@ -316,10 +399,10 @@ void test_statuses_of_substeps_are_combined(void)
     params.gain = MDL_C(1.0);
     params.substeps = 4;
     start();
-    STEP(10.5, 13.0, MDL_CLAMPED);
-    STEP(2.5, 5.5, MDL_EXTRAPOLATED); /* by way of 8.5, 6.5, 4.5 */
+    STEP(10.5, 13.0, MDL_EXTRAPOLATED | MDL_CLAMPED); /* at the edge of the margin */
+    STEP(2.5, 5.5, MDL_EXTRAPOLATED);                 /* by way of 8.125, 6.25, 4.375 */
     STEP(2.5, 5.5, MDL_OK);
-    STEP(10.5, 13.0, MDL_EXTRAPOLATED | MDL_CLAMPED); /* 4.5, 6.5, 8.5, 10.5 */
+    STEP(10.5, 13.0, MDL_EXTRAPOLATED | MDL_CLAMPED);
 }
 
 void test_the_first_sample_finds_everything_in_equilibrium(void)
@@ -345,9 +428,10 @@ void test_what_is_not_finite_is_refused_and_changes_nothing(void)
     int i;
     use_everything();
     start();
+    STEP(mdl_test_not_finite(0), 0.5, MDL_ERR_NOT_FINITE); /* at rest: f0(0), and the offset */
     ASSERT_STATUS(MDL_OK, mdl_chain_step(&chain, MDL_C(2.0), &y));
     ASSERT_STATUS(MDL_OK, mdl_chain_step(&chain, MDL_C(1.0), &y));
-    last = chain.at.target_um;
+    last = y;
     before = chain;
     for (i = 0; i < 3; i++) {
         STEP(mdl_test_not_finite(i), last, MDL_ERR_NOT_FINITE);
@@ -363,7 +447,7 @@ void test_a_command_whose_distance_from_u_min_overflows_is_refused(void)
     params.u_min_volts = -huge;
     start();
     before = chain;
-    STEP(huge, 0.0, MDL_ERR_NOT_FINITE);
+    STEP(huge, 0.5, MDL_ERR_NOT_FINITE); /* at rest */
     TEST_ASSERT_EQUAL_MEMORY(&before, &chain, sizeof chain);
 }
 
