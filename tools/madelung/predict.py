@@ -194,11 +194,13 @@ def summary(found: Prediction) -> list[str]:
     def size(value: float) -> str:
         return f"{value:.3g} {found.unit} ({percent(abs(value), stroke)})"
 
-    return [
+    lines = [
         f"rows predicted: {record.t_s.size}; compared: {rows.size}, "
         f"{record.t_s[rows[0]]:g} to {record.t_s[rows[-1]]:g} s",
         f"error: rms {size(float(np.sqrt(np.mean(error**2))))}, "
         f"largest {size(abs(error[worst]))} at {record.t_s[rows[worst]]:g} s, "
         f"mean {size(float(error.mean()))}",
-        f"most turning points held: {found.turning_points.max()}",
     ]
+    if found.model.yang is None:
+        lines.append(f"most turning points held: {found.turning_points.max()}")
+    return lines

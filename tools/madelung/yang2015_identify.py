@@ -39,6 +39,8 @@ STILL_SHARE = 1e-9
 """An operator that moves by less than this share of the range cannot be seen."""
 SMALL_SHARE = 0.01
 """A damping below this share of half the swing leaves its power m without importance."""
+K_SHARE = 0.05
+"""Unless k departs from 1 by this, the center about which it scales cannot be seen."""
 VELOCITY_SHARE = 0.05
 """The velocity's filter lags by so much, in rad, at the highest frequency."""
 M_RANGE = (0.05, 4.0)
@@ -159,8 +161,9 @@ def identify_yang(
             f"slowest record ({low:g} to {high:g} V, thresholds from "
             f"{base.thresholds_V[unseen[0] - 1]:g} V on): their weights cannot be seen and are 0"
         )
-    rates = [_rate(base, low, high, s) for s in sines]
-    yang, said = _polynomials(base, rates)
+    fitted = [_rate(base, low, high, s) for s in sines]
+    rates = [rate for rate, _ in fitted]
+    yang, said = _polynomials(_centred(base, fitted), rates)
     yang = yang.but(harmonics=harmonics)
     rates = [_scored(yang.but(harmonics=1), low, high, r) for r in rates]
     unit = units.pop()
@@ -299,8 +302,8 @@ def _swarm(matrix: Floats, target: Floats, operators: int, seed: int) -> Floats:
 # -- the rate-dependent part ------------------------------------------------------------------
 
 
-def _rate(base: Yang, u_min_V: float, u_max_V: float, sine: Sine) -> Rate:
-    """k, c and m of one record, eq. (12)."""
+def _rate(base: Yang, u_min_V: float, u_max_V: float, sine: Sine) -> tuple[Rate, float]:
+    """k, c and m of one record, eq. (12), and by what its mean is off, um."""
     from scipy.optimize import least_squares
 
     at = base.but(hz=sine.hz, amplitude_V=sine.amplitude_V, hz_max=max(base.hz_max, sine.hz))
@@ -308,20 +311,33 @@ def _rate(base: Yang, u_min_V: float, u_max_V: float, sine: Sine) -> Rate:
 
     def off(x: Floats) -> Floats:
         yang = at.but(k=(float(x[0]),), c=(float(x[1]),), m=(float(x[2]),))
-        return run(yang, u_min_V, u_max_V, sine.record)[sine.rows] - y
+        return run(yang, u_min_V, u_max_V, sine.record)[sine.rows] + float(x[3]) - y
 
     swing = float(np.ptp(y))
     wide = np.array([np.inf, np.inf])
     found = least_squares(
         off,
-        [1.0, -0.01 * swing, 1.0],
-        bounds=(np.append(-wide, M_RANGE[0]), np.append(wide, M_RANGE[1])),
-        x_scale=[0.1, 0.1 * swing, 0.3],
-        diff_step=np.full(3, 1e-4),  # the core's powers are good to 1e-8
+        [1.0, -0.01 * swing, 1.0, 0.0],
+        bounds=([*-wide, M_RANGE[0], -np.inf], [*wide, M_RANGE[1], np.inf]),
+        x_scale=[0.1, 0.1 * swing, 0.3, 0.1 * swing],
+        diff_step=np.full(4, 1e-4),  # the core's powers are good to 1e-8
     )
     spread = _standard_errors(np.asarray(found.jac), found.fun)
     m_counts = bool(abs(found.x[1]) > SMALL_SHARE * swing / 2.0)
-    return Rate(sine, found.x, Z95 * spread, m_counts)
+    return Rate(sine, found.x[:3], Z95 * spread[:3], m_counts), float(found.x[3])
+
+
+def _centred(base: Yang, fitted: Sequence[tuple[Rate, float]]) -> Yang:
+    """The displacement about which k scales, from the means of the records.
+
+    About another center than the mean of the slowest loop, k would shift a record's mean by
+    (k - 1) times the difference: least squares over the records. 0, as in the paper, can come out.
+    """
+    scaled = np.array([rate.value[0] - 1.0 for rate, _ in fitted])
+    shift = np.array([mean for _, mean in fitted])
+    if np.abs(scaled).max() < K_SHARE:
+        return base
+    return base.but(center_um=base.center_um - float(scaled @ shift / (scaled @ scaled)))
 
 
 def _standard_errors(jacobian: Floats, residual: Floats) -> Floats:
