@@ -11,12 +11,15 @@ WARN := -std=c99 -Wall -Wextra -pedantic -Wconversion -Werror
 CFLAGS := -O2 -fPIC -ffp-contract=off $(WARN)
 
 .DEFAULT_GOAL := all
-.PHONY: all help demo
+.PHONY: all help demo blind
 all: .venv/.done $(LIB)/libmdl_f32.so $(LIB)/libmdl_f64.so $(LIB)/libstage.so ## build the libraries and .venv
 
 demo: all ## simulate a stage, identify it, predict another record, diagnose a sealed cause; see demo-out/
 	@tools/demo.sh demo-out
 	@tools/demo_diagnosis.sh demo-out
+
+blind: all ## a blind trial of the diagnosis, minutes; the card is build/blind/card.html: CASES=60 SEED=12345
+	@tools/blind.sh build/blind "$(or $(CASES),60)" $(SEED)
 
 help: ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' Makefile | expand -t 16

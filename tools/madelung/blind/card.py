@@ -34,7 +34,11 @@ def write_card(folder: Path, card: Card) -> None:
     from madelung.diagnosis.page import render
 
     write_atomically(folder / "card.json", json.dumps(card, indent=1, allow_nan=False) + "\n")
-    filters: dict[str, Callable[..., object]] = {"share": share, "number": number}
+    filters: dict[str, Callable[..., object]] = {
+        "share": share,
+        "number": number,
+        "percent": percent,
+    }
     text = render(
         "card.html.j2",
         filters,
@@ -61,8 +65,7 @@ def summary(card: Card) -> list[tuple[str, str]]:
     rows += [
         (
             "false alarms where nothing acts",
-            f"{alarms['alarms']} of {alarms['of']}; at most {number(alarms['bound95'], 100)} % "
-            "(95 %)",
+            f"{alarms['alarms']} of {alarms['of']}; at most {percent(alarms['bound95'])} (95 %)",
         ),
         ("a cause named that does not act", share(card["wrong_cause"])),
         ("precision, recall of named effects", _two(sets["precision"], sets["recall"])),
@@ -81,7 +84,7 @@ def summary(card: Card) -> list[tuple[str, str]]:
         ("true share inside the claimed interval", share(shrink["covered"])),
         ("hold-out made worse", f"{shrink['worse']} of {shrink['cases']}"),
         ("no answer", f"{len(card['not_answered'])} of {card['cases']}"),
-        ("seconds a case, median", number(card["seconds"], digits=1)),
+        ("seconds a case, median", number(card["seconds"])),
     ]
     return rows
 
@@ -93,9 +96,9 @@ def terminal(card: Card) -> Group:
     rivals = [
         (
             r["who"],
-            _percent(r["right"]),
-            _percent(r["right_where_something_acts"]),
-            _percent(r["false_alarms"]),
+            percent(r["right"]),
+            percent(r["right_where_something_acts"]),
+            percent(r["false_alarms"]),
         )
         for r in card["rivals"]
     ]
@@ -146,7 +149,8 @@ def number(value: float | None, scale: float = 1.0, digits: int = 3) -> str:
     return "-" if value is None else f"{scale * value:.{digits}g}"
 
 
-def _percent(value: float | None) -> str:
+def percent(value: float | None) -> str:
+    """A share in per cent, or a dash."""
     return "-" if value is None else f"{100.0 * value:.1f} %"
 
 

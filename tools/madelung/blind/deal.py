@@ -14,7 +14,7 @@ from madelung.blind.excitations import ROWS_MAX, draw_commands, log_uniform
 from madelung.blind.laws import Draw, draw_law
 from madelung.campaigns import Commands
 from madelung.files import read_json, write_atomically
-from madelung.sim_effects import OUTSIDE, VOCABULARY, Parameters
+from madelung.sim_effects import OUTSIDE, VOCABULARY, Parameters, Scene
 from madelung.stage import Stage, make_case, make_scene
 
 SIZES = {1.0: 0.4, 0.25: 0.25, 0.1: 0.2, 0.03: 0.15}
@@ -90,7 +90,7 @@ def deal_case(
             name: {"waveform": str(c.waveform), "rate_hz": c.rate_hz, "rows": c.samples}
             for name, c in every.items()
         },
-        "where": _where(told["parameters"], scene.fast_V_per_s, scene.highest_V_per_s),
+        "where": _where(told["parameters"], scene),
         "monitor": monitor,
         "seed": seed,
     }
@@ -179,22 +179,20 @@ def _base(stage: Stage) -> dict[str, Any]:
     }
 
 
-def _where(
-    parameters: Mapping[str, Parameters], fast_V_per_s: float, highest_V_per_s: float
-) -> dict[str, Any] | None:
+def _where(parameters: Mapping[str, Parameters], scene: Scene) -> dict[str, Any] | None:
     """The true region of the gap, of one effect for which it is clear."""
     if len(parameters) != 1:
         return None
     name, p = next(iter(parameters.items()))
     regions: dict[str, tuple[str, float, float]] = {}
     if name == "saturation" and "low_V" not in p:
-        regions[name] = ("input", p["high_V"] - p.get("knee_V", 0.0), p["high_V"])
+        regions[name] = ("input", p["high_V"] - p.get("knee_V", 0.0), scene.u_max_V)
     if name == "saturation" and "high_V" not in p:
-        regions[name] = ("input", p["low_V"], p["low_V"] + p.get("knee_V", 0.0))
+        regions[name] = ("input", scene.u_min_V, p["low_V"] + p.get("knee_V", 0.0))
     if name == "slew_limit":
-        regions[name] = ("rate", p["slew_V_per_s"], highest_V_per_s)
+        regions[name] = ("rate", p["slew_V_per_s"], scene.highest_V_per_s)
     if name in ("delay", "amplifier_lag"):
-        regions[name] = ("rate", fast_V_per_s, highest_V_per_s)
+        regions[name] = ("rate", scene.fast_V_per_s, scene.highest_V_per_s)
     if name == "periodic_disturbance":
         regions[name] = ("frequency", p["freq_hz"], p["freq_hz"])
     if name not in regions:

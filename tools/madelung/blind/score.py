@@ -17,13 +17,8 @@ from madelung.files import read_json
 Row = dict[str, Any]
 """A case: its label, its answer and what follows from both."""
 NOTHING, OUTSIDE, LEFT_OUT = "none", "outside", "left out"
-SEVERAL, AMBIGUOUS, UNKNOWN, NO_GAP, NO_ANSWER = (
-    "two or more",
-    "ambiguous",
-    "unknown",
-    "no gap",
-    "-",
-)
+SEVERAL, ANOTHER_SET = "two or more", "another set"
+AMBIGUOUS, UNKNOWN, NO_GAP, NO_ANSWER = "ambiguous", "unknown", "no gap", "no answer"
 _CONFIDENCES = (0.0, 0.5, 0.7, 0.9, 0.95, 0.99, 1.0)
 _GAPS = (0.0, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, np.inf)
 """Edges of the gap over the noise floor, rms."""
@@ -423,11 +418,13 @@ def _hits(hits: Sequence[bool]) -> float | None:
 
 
 def _confusion(rows: Sequence[Row]) -> Row:
-    """Counts of (truth, answer); several effects are one row and one column."""
+    """Counts of (truth, answer); several effects are one row, and one column where right."""
 
     def told(row: Row) -> str:
         if row["status"] == "identified":
-            return row["named"][0] if len(row["named"]) == 1 else SEVERAL
+            if len(row["named"]) == 1:
+                return str(row["named"][0])
+            return SEVERAL if row["right"] else ANOTHER_SET
         names = {"ambiguous": AMBIGUOUS, "unknown": UNKNOWN, "no_gap": NO_GAP, None: NO_ANSWER}
         return names[row["status"]]
 
@@ -436,7 +433,7 @@ def _confusion(rows: Sequence[Row]) -> Row:
 
     counts = Counter((true(r), told(r)) for r in rows)
     truths = [*EFFECTS, SEVERAL, NOTHING, OUTSIDE, LEFT_OUT]
-    tolds = [*EFFECTS, SEVERAL, AMBIGUOUS, UNKNOWN, NO_GAP, NO_ANSWER]
+    tolds = [*EFFECTS, SEVERAL, ANOTHER_SET, AMBIGUOUS, UNKNOWN, NO_GAP, NO_ANSWER]
     truths = [t for t in truths if any(k[0] == t for k in counts)]
     tolds = [t for t in tolds if t in EFFECTS or any(k[1] == t for k in counts)]
     return {
