@@ -79,7 +79,7 @@ coverage: .venv/.done ## print the line coverage of firmware/core; fails below 1
 test-target: all ## compare the bits of an emulated AVR and Cortex-M4F with the PC's
 	@tools/run_pytest.sh test-target tests/target
 
-bench: all ## what a step costs on the emulated machines, the paper's algorithm beside ours
+bench: all ## what a step costs beside the paper's algorithm: time on emulated machines and here, memory, stack
 	@.venv/bin/python tests/target/bench.py
 
 test-python: all ## run the tests in Python

@@ -20,11 +20,11 @@ from madelung.reproduce import searched
 NAMES = {"mps2": "emulated Cortex-M4F", "avr": "emulated AVR"}
 
 
-def costs(machine: machines.Machine, algorithm: str) -> list[dict[str, Any]]:
+def costs(machine: machines.Machine, algorithm: str, degree: int = 3) -> list[dict[str, Any]]:
     """Mean, least and most cost of a step for every number of comparisons p."""
     # 12 comparisons with the whole output to compute: all codes nested, then a jump to code 1.
     x = inputs.volts(np.concatenate((inputs.ladder(), inputs.nested(4095), [1])))
-    rows = machines.run(machine, algorithm, x)
+    rows = machines.run(machine, algorithm, x, degree)
     empty = int(np.median(machines.run(machine, "nothing", x[:20])["cost"]))
     cost: NDArray[np.int64] = rows["cost"].astype(np.int64) - empty
     p = searched(x.astype(np.float64), rows["count"].astype(np.int64))

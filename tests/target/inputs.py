@@ -27,6 +27,14 @@ def worst() -> Codes:
     return np.append(nested(CODES - 1), 0)
 
 
+def partial() -> Codes:
+    """All codes nested, then a jump that wipes a part of them, of every order of magnitude."""
+    pieces = []
+    for left in (1, 2, 100, 1000, 2000):
+        pieces += [nested(CODES - 1), [left], nested(CODES - 1), [CODES - 1 - left]]
+    return np.concatenate(pieces)
+
+
 def ladder() -> Codes:
     """Nests of 2 to 4096 turning points, each ended by jumps to every depth of its search."""
     pieces = []

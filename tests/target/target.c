@@ -1,7 +1,8 @@
 /*
  * Runs one algorithm over a record of reals, with the timing pin high around each step. The first
- * word of the input is the algorithm, then come volts as the bits of floats. The model is in
- * model.h; the whole chain runs mdl_params.h, and takes a second word: the blocks that act.
+ * word of the input is the algorithm; ours and the paper's take the degree of model.h's f0 as a
+ * second word, the whole chain of mdl_params.h the blocks that act. Then come volts as the bits of
+ * floats.
  */
 #include "board.h"
 #include "cao2019.h"
@@ -35,8 +36,9 @@ static void run_ours(void)
 {
     mdl_real_bits x;
     mdl_real y = 0.0f;
-    uint32_t word;
-    (void)mdl_major_init_polynomial(&major, model_range_volts, model_f0, MODEL_DEGREE);
+    uint32_t word = 0;
+    (void)board_read(&word);
+    (void)mdl_major_init_polynomial(&major, model_range_volts, model_f0, (uint16_t)word);
     (void)mdl_traj_init(&traj, &major, &left.ours, &right.ours, model_margin_volts);
     while (board_read(&word)) {
         mdl_status status;
@@ -52,8 +54,9 @@ static void run_reference(void)
 {
     mdl_real_bits x;
     mdl_real y = 0.0f;
-    uint32_t word;
-    cao2019_init(&reference, model_f0, MODEL_DEGREE, &left.reference, &right.reference);
+    uint32_t word = 0;
+    (void)board_read(&word);
+    cao2019_init(&reference, model_f0, (uint16_t)word, &left.reference, &right.reference);
     while (board_read(&word)) {
         uint16_t status;
         x.bits = (mdl_key)word;

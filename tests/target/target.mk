@@ -14,8 +14,13 @@ ARM := arm-none-eabi-gcc -mcpu=cortex-m4 -mthumb -mfloat-abi=hard -mfpu=fpv4-sp-
 	-ffunction-sections $(FLAGS) -Ifirmware/bsp_mps2
 ARM_LINK := -nostartfiles -T linker/mps2.ld -Wl,--gc-sections
 
+CC_avr = $(AVR)
+CC_mps2 = $(ARM)
+SIZED := $(foreach machine,avr mps2,$(OUT)/$(machine)-ours.o $(OUT)/$(machine)-reference.o)
+
 .PHONY: all
-all: $(OUT)/avr.elf $(OUT)/avr_run $(OUT)/mps2.elf $(OUT)/host $(OUT)/firmware.elf $(OUT)/probed.elf
+all: $(OUT)/avr.elf $(OUT)/avr_run $(OUT)/mps2.elf $(OUT)/host $(OUT)/firmware.elf $(OUT)/probed.elf \
+	$(SIZED)
 
 $(OUT)/avr.elf: tests/target/target.c tests/target/board_avr.c $(PARAMS) $(COMMON) $(HEADERS) | $(OUT)
 	$(AVR) -o $@ $(filter %.c,$^) $(AVR_LINK)
@@ -37,6 +42,13 @@ $(OUT)/probed.elf: tests/target/probe.c $(FIRMWARE) $(HEADERS) linker/mps2.ld | 
 
 $(OUT)/host: tests/target/host.c $(COMMON) $(HEADERS) | $(OUT)
 	gcc $(FLAGS) -o $@ $(filter %.c,$^)
+
+# What one algorithm alone takes, for its size: ours in the baseline, the paper's.
+$(OUT)/%-ours.o: firmware/core/mdl_traj.c firmware/core/mdl_major.c firmware/core/mdl_shape.c $(HEADERS) | $(OUT)
+	$(CC_$*) -r -nostdlib -o $@ $(filter %.c,$^)
+
+$(OUT)/%-reference.o: tests/reference/cao2019.c $(HEADERS) | $(OUT)
+	$(CC_$*) -r -nostdlib -o $@ $(filter %.c,$^)
 
 $(PARAMS): tests/target/params.py $(wildcard tools/madelung/*.py) | $(OUT)
 	.venv/bin/python $< $(@D)
