@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from madelung.diagnosis.case import Case, Trace
 from madelung.diagnosis.experiment import next_experiment
 from madelung.diagnosis.fit import Fit, Problem
-from madelung.diagnosis.forms import Form, Scales, forms
+from madelung.diagnosis.forms import Scales, forms
 from madelung.diagnosis.holdout import Prediction, predict, shrink
 from madelung.diagnosis.known import excluded, known_forms, monitored
 from madelung.diagnosis.noise import Noise, estimate_noise
@@ -86,7 +86,8 @@ def diagnose(case: Case, options: Options, progress: Progress = lambda _: None) 
     baseline = _baseline(problem, options.model, start)
     gap = _train_gap(problem, baseline)
     good = _good_enough(gap, options)
-    engine, search = _search(problem, case, baseline, options, progress, good)
+    heads = problem.with_traces(_heads(problem.traces))
+    engine, search = _search(problem, heads, case, baseline, options, progress, good)
     verdict = judge(engine, search, train_excess(problem, baseline))
     if good:
         verdict = Verdict("no_gap", [], [], 1.0, 0.0, [])
@@ -116,7 +117,9 @@ def diagnose(case: Case, options: Options, progress: Progress = lambda _: None) 
             "set_aside": list(case.set_aside),
         },
         "data_faults": case.faults,
-        "detectable": detectable(engine, search.null, list(engine.forms)),
+        "detectable": detectable(
+            Engine(heads, engine.forms, 1, progress), search.null, list(engine.forms)
+        ),
         "next_experiment": next_experiment(verdict, scales),
         "warnings": case.warnings + _warnings(case, noise, verdict, options, good),
         "noise": {
@@ -199,6 +202,7 @@ def _good_enough(gap: dict[str, float], options: Options) -> bool:
 
 def _search(
     problem: Problem,
+    heads: Problem,
     case: Case,
     baseline: Fit,
     options: Options,
@@ -215,31 +219,22 @@ def _search(
         engine = Engine(problem, free, options.jobs, progress)
         null = problem.fit(base, values, baseline.beta)
         return engine, Search(null, null, {null.effects: null})
-    heads = problem.with_traces(_heads(problem.traces))
-    rough_engine = Engine(heads, free, options.jobs, progress)
-    rough = rough_engine.search(heads.fit(base, values, baseline.beta))
+    rough = Engine(heads, free, options.jobs, progress)
+    found = rough.search(heads.fit(base, values, baseline.beta))
     if heads.rows == problem.rows:
-        return rough_engine, rough
-    return _on_all(problem, rough_engine, rough, base, values, options, progress)
+        return rough, found
+    start = problem.fit(base, values, found.null.beta)
+    return _on_all(problem, heads, rough, found, start)
 
 
 def _on_all(
-    problem: Problem,
-    rough: Engine,
-    found: Search,
-    base: Sequence[Form],
-    values: dict[str, float],
-    options: Options,
-    progress: Progress,
+    problem: Problem, heads: Problem, rough: Engine, found: Search, start: Fit
 ) -> tuple[Engine, Search]:
-    """The search's result and its rivals, fitted to all rows; and one more level."""
-    progress("fitting to all rows")
-    engine = Engine(problem, rough.forms, options.jobs, progress)
-    null = problem.fit(base, values, found.null.beta)
-    close = sorted(found.fits.values(), key=rough.score)[:6]
-    singles = [f for f in found.fits.values() if len(f.forms) <= len(base) + 1]
-    keep = [*close, *sorted(singles, key=rough.score)[:3]]
-    return engine, engine.resume(null, found.best, keep)
+    """The search's result and its rivals, fitted to all rows; and further where these show more."""
+    rough.progress("fitting to all rows")
+    engine = Engine(problem, rough.forms, rough.jobs, rough.progress)
+    seen = heads.excess_per_row(found.best.residual)
+    return engine, engine.resume(start, found, seen, rough.score)
 
 
 def _heads(traces: Sequence[Trace]) -> list[Trace]:

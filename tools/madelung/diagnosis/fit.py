@@ -24,6 +24,8 @@ Array = NDArray[np.float64]
 FINITE_STEP = 1e-3
 ITERATIONS = 12
 COST_TOLERANCE = 0.05
+EXCESS_TOLERANCE = 1e-4
+"""A fit ends when the cost falls by less than the first, or by this share of its excess."""
 
 
 @dataclass(frozen=True)
@@ -162,7 +164,8 @@ class Problem:
 
     def excess_per_row(self, residual: Array) -> Array:
         """By record: `excess` over the number of rows that are used."""
-        return self.excess(residual) / np.array([max(int(use.sum()), 1) for use in self._use])
+        rows = np.array([max(int(use.sum()), 1) for use in self._use], np.float64)
+        return np.asarray(self.excess(residual) / rows)
 
     def at(self, beta: Array) -> Fit:
         """f0 alone, as given, without a fit."""
@@ -259,7 +262,8 @@ class Problem:
             if not fresh and (jacobian.size == 0 or not secant):
                 jacobian, fresh = self._jacobian(fit), True
             better, damping, covariance = self._step(fit, jacobian, damping, 8 if fresh else 2)
-            done = better is None or fit.cost - better.cost < COST_TOLERANCE
+            tolerance = max(COST_TOLERANCE, EXCESS_TOLERANCE * (fit.cost - self.rows))
+            done = better is None or fit.cost - better.cost < tolerance
             if better is not None:
                 if not done:
                     jacobian = _secant(jacobian, fit, better)

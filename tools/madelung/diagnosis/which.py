@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
-from madelung.diagnosis.fit import Fit, Probe, Problem
+from madelung.diagnosis.fit import ITERATIONS, Fit, Probe, Problem
 from madelung.diagnosis.forms import LINES_MAX, Form, line_form
 from madelung.diagnosis.noise import proven_fall
 
@@ -37,10 +37,14 @@ CLEAN_SHARE = 0.9
 BEAM = 3
 FRONT_RATIO = 20.0
 FITS_MAX = 9
+FINE_MAX = 5
 SIZE_MAX = 3
 ROUGH_ITERATIONS = 3
 STARTS_PER_TRY = 12
 TRIES_MAX = 4
+RIVALS_MAX = 4
+RIVAL_PRICE = 200.0
+"""Above the best's score, where a hypothesis is no longer fitted to all rows to the end."""
 EXCHANGE_TRIES = 2
 EXCHANGE_SLACK = 0.3
 """A form that is this share of the excess worse after a few steps is not fitted to the end."""
@@ -89,15 +93,50 @@ class Engine:
         null = self._keep(start)
         return self._climb(null, null)
 
-    def resume(self, start: Fit, best: Fit, keep: Sequence[Fit]) -> Search:
-        """Fit a smaller problem's result and its rivals here, and go on from there."""
+    def resume(
+        self, start: Fit, found: Search, seen_before: Array, price: Callable[[Fit], float]
+    ) -> Search:
+        """A smaller problem's result, fitted to all rows; and on from there where these show more.
+
+        Parameters
+        ----------
+        start
+            f0 alone on all rows.
+        found
+            On the smaller problem.
+        seen_before
+            By record, what the smaller problem's result left there above the noise, per row.
+        price
+            Ranks the smaller problem's fits.
+        """
         null = self._keep(start)
-        again = self._map(
-            lambda f: self._slim(self.problem.fit(f.forms, f.values, f.beta)), [best, *keep]
-        )
-        for fit in again:
-            self._keep(fit)
-        return self._climb(null, self.fits[best.effects])
+        best = self._again(found.best, ITERATIONS)
+        near, far = self._rivals(found, price)
+        self._map(lambda f: self._again(f, ITERATIONS), near)
+        self._map(lambda f: self._again(f, 1), far)
+        seen = self.problem.excess_per_row(best.residual)
+        if np.any(seen > seen_before + EXCESS_MIN):
+            return self._climb(null, best)
+        return Search(null, self._pruned(best, null), self.fits)
+
+    def _rivals(self, found: Search, price: Callable[[Fit], float]) -> tuple[list[Fit], list[Fit]]:
+        """What more rows may not rule out of a smaller problem's fits; one of each other effect."""
+        ranked = sorted(found.fits.values(), key=price)
+        others = [f for f in ranked if f.effects not in (found.best.effects, found.null.effects)]
+        limit = price(found.best) + RIVAL_PRICE
+        near = [f for f in others if price(f) < limit and len(f.forms) <= len(found.best.forms)]
+        near = near[:RIVALS_MAX]
+        named = set(found.best.effects).union(*(f.effects for f in near))
+        far = []
+        for fit in others:
+            if not fit.effects <= named:
+                far.append(fit)
+                named |= fit.effects
+        return near, far
+
+    def _again(self, fit: Fit, iterations: int) -> Fit:
+        """Fitted to this problem's rows, from another's solution."""
+        return self._keep(self._slim(self.problem.fit(fit.forms, fit.values, fit.beta, iterations)))
 
     def _climb(self, null: Fit, best: Fit) -> Search:
         beam = [best]
@@ -224,7 +263,7 @@ class Engine:
         rough = [f for f in rough if _steady(self.problem, f)]
         if not rough:
             return []
-        near = self._front(rough)
+        near = self._front(rough)[:FINE_MAX]
         fine = self._map(lambda f: self._slim(self.problem.fit(f.forms, f.values, f.beta)), near)
         fine = [f for f in fine if _steady(self.problem, f)]
         return [f for f in rough if not any(f is g for g in near)] + fine
