@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 from madelung.export import Scaling, write_params
 from madelung.path import CreepMode, Mode, SignalPath, augmented_model
+from madelung.yang2015 import Yang
 
 RATE_HZ = 10_000
 PATH = SignalPath(
@@ -30,8 +32,23 @@ PATH = SignalPath(
     delay_s=3.21e-4,
     gain=1.03,
     offset_um=-0.12,
+    yang=Yang(
+        thresholds_V=(4.0, 9.0, 17.5, 28.0),
+        weights=(0.031, 0.017, 0.011, 0.009),
+        a1=-1.1e-6,
+        a2=0.07,
+        at_zero_um=0.21,
+        k=(0.99, -2e-4, 3e-8),
+        c=(0.01, -3e-4),
+        m=(0.9, 1e-5),
+        hz_max=2500.0,
+        center_um=1.7,
+        harmonics=5,
+        velocity_tau_s=2e-4,
+        beta_s=1e-5,
+    ),
 )
-MODEL = augmented_model(PATH, 40.0)
+MODEL = replace(augmented_model(PATH, 40.0), yang=PATH.yang)
 
 if __name__ == "__main__":
     write_params(MODEL, Scaling(RATE_HZ, (0.0, 40.0), (0.0, 6.0)), Path(sys.argv[1]))

@@ -14,12 +14,13 @@ from params import MODEL, PATH, RATE_HZ
 from madelung.core import Chain, Predictor
 from madelung.path import discretise
 
-NAMES = "saturation slew_step_V lag rate creep modes dead_band_um delay gain".split()
+NAMES = "saturation slew_step_V lag rate creep modes dead_band_um delay gain yang".split()
 """Fields of `Chain` in the order of the bits MDL_BLOCK_..."""
 SHAPE = 0x8000
 OFF: dict[str, Any] = {name: getattr(Chain(), name) for name in [*NAMES, "shape"]}
-ALL = 2 ** len(NAMES) - 1 | SHAPE
-MASKS = {name: 1 << k for k, name in enumerate(NAMES)} | {"shape": SHAPE, "all": ALL}
+MASKS = {name: 1 << k for k, name in enumerate(NAMES)} | {"shape": SHAPE}
+ALL = sum(MASKS.values())
+MASKS |= {"all": ALL - MASKS["yang"], "all around yang": ALL}
 
 
 def volts() -> np.ndarray:

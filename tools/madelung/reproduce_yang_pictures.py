@@ -47,6 +47,7 @@ def draw(out: Path, found: YangReproduction) -> None:
         "fig05": rates_figure(found.found, PUBLISHED),
         "fig06": _fig_6(),
         "fig07": _fig_7(found),
+        "fig07_tables": _fig_7_tables(found),
         "fig08": _fig_8(found),
         "fig09": _fig_9(found),
         "limit": _limit(found),
@@ -100,6 +101,18 @@ def _fig_7(found: YangReproduction) -> Figure:
                 "y (um)",
             )
     figure.suptitle("Fig. 7: loops of the simulated stage and of the three models")
+    return figure
+
+
+def _fig_7_tables(found: YangReproduction) -> Figure:
+    figure = new_figure()
+    figure.set_size_inches(13, 4)
+    panels = figure.subplots(1, 3, sharey=True)
+    for axes, (hz, (u, alone, both)) in zip(panels, found.published.items(), strict=True):
+        axes.plot(u, alone, color=COLOURS[NAMES[0]], label="Table 1: rate-independent")
+        axes.plot(u, both, color=COLOURS[NAMES[2]], label="Tables 1, 2: proposed")
+        label_axes(axes, f"{hz:g} Hz", "u (V)", "y (um)")
+    figure.suptitle("Fig. 7: loops that the published parameters give")
     return figure
 
 
