@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import brentq
 
+from madelung.diagnosis.case import Trace
 from madelung.diagnosis.fit import Fit, Probe, Problem
-from madelung.diagnosis.forms import Form
-from madelung.diagnosis.which import EXCESS_MIN, GAIN_MIN, Engine, Search
+from madelung.diagnosis.forms import Form, Scales
+from madelung.diagnosis.which import EXCESS_MIN, GAIN_MIN, GAIN_PER_PARAM, Engine, Search
 
 Array = NDArray[np.float64]
 Status = Literal["identified", "ambiguous", "unknown", "no_gap"]
@@ -21,6 +24,11 @@ RIVAL_GAIN = 20.0
 RIVAL_EXCESS = 1.3
 """... its excess over the noise is larger by this factor."""
 REMAINDER_MAX = 0.05
+CONFIDENCE_MAX = 0.99
+HOPELESS = 4000.0
+"""Fall of the cost from which on the other hypothesis has no weight under any noise."""
+LINE_PERIODS = 3
+"""Periods of a disturbance that a record must hold at least."""
 LEVEL_ERRORS = 3.0
 """Standard errors of the noise's level that a remainder may lie above it and be noise."""
 
@@ -40,37 +48,39 @@ class Verdict:
 def judge(engine: Engine, search: Search, gap_excess: float) -> Verdict:
     """Decide the status.
 
+    The confidence is the share that what is named has among all hypotheses tried (`_posterior`),
+    times what the distance of the remainder from its threshold is worth (`_odds`); at most
+    `CONFIDENCE_MAX`, because causes that no hypothesis holds cannot be excluded.
+
     Parameters
     ----------
     gap_excess
         `train_excess` of the baseline.
     """
-    problem = engine.problem
-    best = search.best
-    left = train_excess(problem, best)
-    share = max(left, 0.0) / max(gap_excess, 1.0)
-    allowed = sum(
-        (EXCESS_MIN + LEVEL_ERRORS * problem.noise.level_error(t.step_s)) * int(t.use.sum())
-        for t in problem.traces
-        if t.role == "train"
-    )
-    structured = left > allowed
+    problem, best = engine.problem, search.best
+    left = max(train_excess(problem, best), 0.0)
+    allowed = _allowed([t for t in problem.traces if t.role == "train"], problem)
+    share = left / max(gap_excess, 1.0)
+    clean = max(allowed / max(left, 1.0), REMAINDER_MAX / max(share, 1e-9))
     effects = sorted(best.effects)
-    if structured and share > REMAINDER_MAX:
-        return Verdict("unknown", [], effects, _confidence(share / REMAINDER_MAX), share, [])
+    if clean < 1:
+        return Verdict("unknown", [], effects, _capped(_odds(1 / clean)), share, [])
+    if left <= allowed and gap_excess <= allowed:
+        share = 0.0
+    weights = _posterior(engine, search)
     if not effects:
-        return Verdict("no_gap", [], [], _confidence(allowed / max(left, 1.0)), min(share, 1.0), [])
+        sure = weights[best.effects] * _odds(allowed / max(left, 1.0))
+        return Verdict("no_gap", [], [], _capped(sure), min(share, 1.0), [])
     rivals = _rivals(engine, search)
-    if rivals:
-        contested: list[str] = []
-        for fit in [best, *rivals]:
-            for name in sorted(fit.effects - frozenset.intersection(best.effects, *_sets(rivals))):
-                if name not in contested:
-                    contested.append(name)
-        agreed = sorted(frozenset.intersection(best.effects, *_sets(rivals)))
-        confidence = 1 / (1 + len(rivals))
-        return Verdict("ambiguous", agreed, contested[:CANDIDATES_MAX], confidence, share, rivals)
-    return Verdict("identified", effects, [], _certainty(engine, search), share, [])
+    named = [best, *rivals]
+    sure = sum(weights[f.effects] for f in named) * _odds(clean)
+    agreed = frozenset.intersection(*(f.effects for f in named))
+    contested: list[str] = []
+    for fit in named if rivals else []:
+        contested += [n for n in sorted(fit.effects - agreed) if n not in contested]
+    status: Status = "ambiguous" if rivals else "identified"
+    candidates = contested[:CANDIDATES_MAX]
+    return Verdict(status, sorted(agreed), candidates, _capped(sure), share, rivals)
 
 
 def train_excess(problem: Problem, fit: Fit) -> float:
@@ -79,14 +89,18 @@ def train_excess(problem: Problem, fit: Fit) -> float:
     return float(sum(e for e, t in zip(excess, problem.traces, strict=True) if t.role == "train"))
 
 
-def _sets(fits: list[Fit]) -> list[frozenset[str]]:
-    return [f.effects for f in fits]
+def _allowed(traces: Sequence[Trace], problem: Problem) -> float:
+    """Excess of records that may still be noise, whose level is not known better."""
+    return sum(
+        (EXCESS_MIN + LEVEL_ERRORS * problem.noise.level_error(t.step_s)) * int(t.use.sum())
+        for t in traces
+    )
 
 
 def _rivals(engine: Engine, search: Search) -> list[Fit]:
     """Hypotheses of no more effects that the data cannot tell from the best."""
-    best = search.best
-    floor = engine.problem.rows
+    best, problem = search.best, engine.problem
+    floor = problem.rows + _allowed(problem.traces, problem)
     found = []
     for fit in sorted(search.fits.values(), key=engine.score):
         if fit.effects == best.effects or not fit.effects or len(fit.forms) > len(best.forms):
@@ -94,66 +108,105 @@ def _rivals(engine: Engine, search: Search) -> list[Fit]:
         if fit.effects <= best.effects:
             continue
         close = engine.gain(fit, best) < RIVAL_GAIN
-        alike = fit.cost - floor < RIVAL_EXCESS * max(best.cost - floor, 0.0)
+        alike = best.cost > floor and fit.cost - floor < RIVAL_EXCESS * (best.cost - floor)
         if close or alike:
             found.append(fit)
     return found[: CANDIDATES_MAX - 1]
 
 
-def _certainty(engine: Engine, search: Search) -> float:
-    """From how far the nearest rival, and the hypothesis without one of the effects, lie behind."""
+def _posterior(engine: Engine, search: Search) -> dict[frozenset[str], float]:
+    """Share of each set of effects among all tried.
+
+    Gains count under the least favourable noise. One effect more is beforehand so unlikely that a
+    gain at the threshold of acceptance makes it even.
+    """
     best = search.best
-    behind = [
-        engine.gain(f, best)
-        for f in search.fits.values()
-        if f.effects != best.effects and len(f.forms) <= len(best.forms)
-    ]
-    nearest = min(behind, default=0.0)
-    return _confidence(max(nearest, 0.0) / RIVAL_GAIN)
+    logs = {best.effects: 0.0}
+    for key, fit in search.fits.items():
+        if key == best.effects:
+            continue
+        if fit.cost > best.cost + HOPELESS:
+            logs[key] = -HOPELESS
+            continue
+        better = fit.cost < best.cost
+        gain = engine.gain(best, fit) if better else -engine.gain(fit, best)
+        extra = len(fit.params) - len(best.params)
+        price = GAIN_MIN * (len(fit.forms) - len(best.forms)) + GAIN_PER_PARAM * extra
+        logs[key] = (gain - price) / 2
+    top = max(logs.values())
+    weights = {key: float(np.exp(v - top)) for key, v in logs.items()}
+    whole = sum(weights.values())
+    return {key: w / whole for key, w in weights.items()}
 
 
-def _confidence(ratio: float) -> float:
-    """0.5 at the threshold, towards 0.99 well beyond it."""
-    return float(0.5 + 0.49 * (1 - np.exp(-max(ratio - 1.0, 0.0) / 3)))
+def _odds(ratio: float) -> float:
+    """Probability to be on the right side of a threshold: half at it, 0.9 at three times it."""
+    return ratio**2 / (1 + ratio**2)
+
+
+def _capped(probability: float) -> float:
+    return float(min(probability, CONFIDENCE_MAX))
 
 
 def detectable(engine: Engine, null: Fit, forms: list[Form]) -> dict[str, float | None]:
-    """Smallest size of each effect, in its first parameter's unit, that would be accepted.
+    """Smallest size of each effect that would be accepted; what it is: `vocabulary.SIZES`.
 
-    Along the effect's signature the cost falls with the square of its size; where the size is not
-    the parameter itself (a corner, a limit), the starts of the search are interpolated.
+    None where no size within the parameter's bounds would be.
     """
     probe = Probe(engine.problem, engine.problem.fit(null.forms, null.values, null.beta, 1))
     out: dict[str, float | None] = {}
     for form in forms:
-        if form.refines or form.effect in out:
-            continue
-        out[form.effect] = _smallest(probe, form)
+        if not form.refines and form.effect not in out:
+            out[form.effect] = _smallest(probe, form)
+    out["periodic_disturbance"] = _smallest_line(engine.problem)
     return out
 
 
+def _smallest_line(problem: Problem) -> float:
+    """Amplitude of a line, where the noise is strongest, um."""
+    trains = [t for t in problem.traces if t.role == "train"]
+    wanted = GAIN_MIN + GAIN_PER_PARAM * (1 + 2 * len(trains))
+    told = 0.0
+    for t in trains:
+        lowest = np.array([LINE_PERIODS / (t.u_V.size * t.step_s)])
+        told += int(t.use.sum()) / (2 * float(problem.noise.spectrum(lowest, t.step_s)[0]))
+    return float(np.sqrt(wanted / told))
+
+
 def _smallest(probe: Probe, form: Form) -> float | None:
-    starts = form.starts(probe.problem.scales)
-    key = form.params[0].key
+    """Size at which the signature's energy is the gain that an effect must have."""
+    wanted = GAIN_MIN + GAIN_PER_PARAM * len(form.params)
     if form.linear:
-        strength = probe.energy(probe.signature(form, form.null())[0])
-        return float(np.sqrt(GAIN_MIN / strength)) if strength > 1e-9 else None
-    sizes, strengths = [], []
-    for start in starts:
-        if any(start[k] != v for k, v in starts[0].items() if k != key):
-            continue
-        sizes.append(start[key])
-        strengths.append(probe.energy(probe.signature(form, start)[0]))
-    if not sizes or max(strengths) <= 1e-9:
+        columns = probe.signature(form, form.null())
+        column = np.sum(columns, axis=0) if form.effect == "creep" else columns[0]
+        energy = probe.energy(column)
+        return float(np.sqrt(wanted / energy)) if energy > 1e-9 else None
+    first, *others = form.params
+    base = form.starts(probe.problem.scales)[0] | {p.key: p.null for p in others if not p.log}
+    zero, largest = _span(form, probe.problem.scales)
+    if largest == 0.0:
         return None
-    if len(sizes) == 1:  # an amplitude: the gain goes with its square
-        return abs(sizes[0]) * float(np.sqrt(GAIN_MIN / strengths[0]))
-    order = np.argsort(strengths)
-    x = np.log(np.abs(np.array(sizes)[order]))
-    z = np.log(np.maximum(np.array(strengths)[order], 1e-9))
-    if z[-1] < np.log(GAIN_MIN):
+    ends = (np.log(first.low if first.log else 1e-6 * abs(largest)), np.log(abs(largest)))
+
+    def margin(log_size: float) -> float:
+        value = zero + float(np.copysign(np.exp(log_size), largest))
+        energy = probe.energy(probe.signature(form, base | {first.key: value})[0])
+        return float(np.log(max(energy, 1e-12) / wanted))
+
+    at_ends = [margin(end) for end in ends]
+    if max(at_ends) < 0:
         return None
-    if z[0] < np.log(GAIN_MIN):
-        return float(np.exp(np.interp(np.log(GAIN_MIN), z, x)))
-    slope = (x[1] - x[0]) / max(z[1] - z[0], 1e-9)  # beyond the weakest start
-    return float(np.exp(x[0] + slope * (np.log(GAIN_MIN) - z[0])))
+    if min(at_ends) > 0:
+        return float(np.exp(ends[int(np.argmin(at_ends))]))
+    return float(np.exp(brentq(margin, *ends, xtol=0.03, maxiter=30, disp=False)))
+
+
+def _span(form: Form, s: Scales) -> tuple[float, float]:
+    """Value of the first parameter without effect, and how far it can go from there, with sign."""
+    p = form.params[0]
+    top = s.u_min_V + s.range_V
+    if form.effect == "saturation":
+        return top, p.low - top
+    if form.effect == "initial_state":
+        return s.u_min_V, s.range_V
+    return 0.0, p.high

@@ -140,3 +140,22 @@ LIMITS: dict[str, tuple[float, float]] = {
     "skew_ppm": (-20_000.0, 20_000.0),
 }
 """Between what parameters can be; those in volts depend on the case's range."""
+
+SIZES: dict[str, tuple[str, str]] = {
+    "delay": ("s", "shift"),
+    "saturation": ("V", "cut off the upper end of the range"),
+    "slew_limit": ("V/s", "highest limit"),
+    "amplifier_lag": ("Hz", "highest corner"),
+    "asymmetry": ("um", "first term of the shape"),
+    "rate_dependence": ("um", "widening at a third of the highest rate"),
+    "non_masing": ("um", "first term of the shape"),
+    "initial_state": ("V", "unknown peak above the low end of the range"),
+    "creep": ("", "share of a step per decade of time"),
+    "backlash": ("um", "full width"),
+    "resonance": ("Hz", "highest natural frequency"),
+    "gain_offset": ("", "change of the gain"),
+    "drift": ("um/s", "slope"),
+    "periodic_disturbance": ("um", "amplitude"),
+    "clock_skew": ("ppm", "difference of the clocks"),
+}
+"""Unit and meaning of an effect's size in `detectable`."""
