@@ -86,8 +86,11 @@ test-python: all ## run the tests in Python
 	@tools/run_pytest.sh test-python $(wildcard tests/python tests/property tests/regression)
 
 reproduce: all ## put the papers' results beside ours, in build/cao2019 and build/yang2015
-	@.venv/bin/python tests/target/fig8.py build/timing.json
-	@.venv/bin/madelung reproduce cao2019 --timing build/timing.json -o build/cao2019
+	@.venv/bin/python tests/target/fig8.py build/fig8
+	@for name in paper ours; do .venv/bin/madelung timing build/fig8/$$name.vcd \
+		--record build/fig8/codes.csv -o build/fig8/$$name.json --plot build/fig8/$$name.png; done
+	@.venv/bin/madelung reproduce cao2019 -o build/cao2019 \
+		--timing build/fig8/paper.json --timing build/fig8/ours.json
 	@.venv/bin/madelung reproduce yang2015 -o build/yang2015
 
 fuzz: all ## feed damaged files and strange options to every command, for as long as asked: SECONDS=600

@@ -20,7 +20,7 @@ from madelung.reproduce import (
     Reproduction,
     Row,
     fig_12_signal,
-    load_costs,
+    load_cost,
     nested_codes,
     play,
     reproduce,
@@ -137,44 +137,40 @@ def test_comparisons_of_a_record_are_those_of_the_papers_search() -> None:
     assert (got <= most).all() and (got[[1, 2, 6, 7]] == [1, 1, 2, 1]).all() and got[5] == 0
 
 
-COSTS = [
-    {
-        "machine": "M",
-        "unit": "cycles",
-        "algorithms": {
-            name: [{"p": p, "mean": 50.0 + p, "most": 80.0 + k * p} for p in (1, 2, 4)]
-            for name, k in (("reference", 14), ("ours", 3))
-        },
-    }
-]
+TIMING = {
+    "capture": "board.vcd",
+    "by_p": [
+        {"p": p, "cycles": 9, "mean_s": (50 + p) * 1e-8, "max_s": (80 + 3 * p) * 1e-8}
+        for p in (0, 1, 2, 4)
+    ],
+}
+"""Of what `madelung timing` writes, all that Fig. 8 needs; p = 0 makes no comparison."""
 
 
-def test_fig_8_takes_costs_from_a_file(tmp_path: Path) -> None:
+def test_fig_8_takes_the_times_of_a_capture(tmp_path: Path) -> None:
     path = tmp_path / "timing.json"
-    path.write_text(json.dumps(COSTS), encoding="utf-8")
-    rows = [r for r in reproduce(load_costs(path)).rows if r.where == "Fig. 8"]
-    assert [r.ours.partition(" at most")[0] for r in rows[2:]] == [
-        "80 + 14.0 p cycles",
-        "80 + 3.0 p cycles",
-    ]
-    assert all("85.5 + 28.5 p cycles" in r.paper and r.agrees is None for r in rows[2:])
+    path.write_text(json.dumps(TIMING), encoding="utf-8")
+    rows = [r for r in reproduce((load_cost(path),)).rows if r.where == "Fig. 8"]
+    assert rows[2].what == "time of a step, capture board"
+    assert rows[2].ours == "0.80 + 0.030 p us at most; mean 0.51 to 0.54 us"
+    assert "0.57 + 0.19 p us" in rows[2].paper and rows[2].agrees is None
     assert [(r.paper, r.ours) for r in rows[:2]] == [("2.80 us", "2.85 us"), ("1.23 us", "1.33 us")]
 
 
-def test_without_costs_fig_8_says_that_nothing_was_measured(found: Reproduction) -> None:
-    assert row(found, "Fig. 8", "cost of a step").ours == "not measured"
+def test_without_a_capture_fig_8_says_that_nothing_was_measured(found: Reproduction) -> None:
+    assert row(found, "Fig. 8", "time of a step").ours == "not measured"
 
 
 @pytest.mark.parametrize(
-    "text", ["", "{}x", "[1]", '[{"machine": 1}]', json.dumps(COSTS).replace("4", '"x"')]
+    "text", ["", "{}x", "[1]", '{"by_p": 1}', json.dumps(TIMING).replace('"p": 4', '"p": 2')[:-9]]
 )
-def test_refuses_a_bad_file_of_costs(tmp_path: Path, text: str) -> None:
+def test_refuses_what_is_no_timing(tmp_path: Path, text: str) -> None:
     path = tmp_path / "timing.json"
     path.write_text(text, encoding="utf-8")
-    with pytest.raises(InputError, match=r"timing\.json: (is not a JSON|does not hold costs)"):
-        load_costs(path)
+    with pytest.raises(InputError, match=r"timing\.json: (is not a JSON|holds no times)"):
+        load_cost(path)
     with pytest.raises(InputError, match="cannot be read"):
-        load_costs(tmp_path)
+        load_cost(tmp_path)
 
 
 def test_command_writes_table_and_figures(tmp_path: Path, found: Reproduction) -> None:

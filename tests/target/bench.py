@@ -9,11 +9,12 @@ import subprocess
 import sys
 from typing import Literal
 
-import fig8
 import inputs
 import numpy as np
 from machines import BUILD, UNIT, Machine, run
 from numpy.typing import NDArray
+
+from madelung.reproduce import searched
 
 Algorithm = Literal["reference", "ours"]
 MACHINES: tuple[Machine, ...] = ("mps2", "avr")
@@ -66,9 +67,12 @@ def print_cost(machine: Machine, degree: int) -> dict[str, int]:
 
 def print_lines(machine: Machine, degree: int) -> None:
     """Intercept and slope over the comparisons p of the paper's search, means by p."""
+    codes = np.concatenate((inputs.ladder(), inputs.nested(inputs.CODES - 1), [1]))
     for algorithm, name in (("reference", "paper"), ("ours", "ours")):
-        points = fig8.costs(machine, algorithm, degree)
-        slope, start = np.polyfit([q["p"] for q in points], [q["mean"] for q in points], 1)
+        rows = cost(machine, algorithm, codes, degree)
+        p = searched(inputs.volts(codes).astype(float), rows["count"].astype(np.int64))
+        mean = [rows["cost"][p == k].mean() for k in range(1, p.max() + 1)]
+        slope, start = np.polyfit(range(1, p.max() + 1), mean, 1)
         print(f"mean over p   {name:5} {start:6.0f} {'-' if slope < 0 else '+'} {abs(slope):.1f} p")
 
 

@@ -20,7 +20,7 @@ SIZED := $(foreach machine,avr mps2,$(OUT)/$(machine)-ours.o $(OUT)/$(machine)-r
 
 .PHONY: all
 all: $(OUT)/avr.elf $(OUT)/avr_run $(OUT)/mps2.elf $(OUT)/host $(OUT)/firmware.elf $(OUT)/probed.elf \
-	$(SIZED)
+	$(OUT)/paper.elf $(SIZED)
 
 $(OUT)/avr.elf: tests/target/target.c tests/target/board_avr.c $(PARAMS) $(COMMON) $(HEADERS) | $(OUT)
 	$(AVR) -o $@ $(filter %.c,$^) $(AVR_LINK)
@@ -39,6 +39,9 @@ $(OUT)/firmware.elf: $(FIRMWARE) $(HEADERS) linker/mps2.ld | $(OUT)
 
 $(OUT)/probed.elf: tests/target/probe.c $(FIRMWARE) $(HEADERS) linker/mps2.ld | $(OUT)
 	$(ARM) -o $@ $(filter %.c,$^) $(ARM_LINK) -Wl,--wrap=mdl_chain_step,--wrap=mdl_board_idle
+
+$(OUT)/paper.elf: tests/target/paper.c tests/reference/cao2019.c $(FIRMWARE) $(HEADERS) linker/mps2.ld | $(OUT)
+	$(ARM) -o $@ $(filter %.c,$^) $(ARM_LINK) -Wl,--wrap=mdl_chain_step
 
 $(OUT)/host: tests/target/host.c $(COMMON) $(HEADERS) | $(OUT)
 	gcc $(FLAGS) -o $@ $(filter %.c,$^)

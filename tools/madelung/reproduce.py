@@ -44,7 +44,6 @@ LINE_US = (0.57, 0.19)
 """Fig. 8: computation time in us over the number of comparisons p, as a line in p."""
 MCT_US, FIG_14_US = 2.80, 1.23
 """Computation time in us that the text gives for p = 12 and p = 4."""
-CLOCK_HZ = 150e6
 TABLE_2 = {12: (2, "16 KB"), 16: (2, "256 KB"), 18: (3, "1.5 MB"), 24: (3, "96 MB")}
 """Bits to bytes per entry and the memory that the paper gives."""
 
@@ -113,29 +112,25 @@ class Comparison:
 
 @dataclass(frozen=True)
 class Cost:
-    """What a step of an algorithm costs on a machine between the edges of its timing pin.
+    """How long the timing pin was high in a capture that `madelung timing` has read.
 
     Attributes
     ----------
-    machine, unit
-        Where it was measured, and in what (``cycles`` or ``instructions``).
-    algorithm
-        ``reference``: as the paper's Fig. 2; ``ours``: the core.
-    p, mean, most
-        Comparisons of Fig. 2's search; mean and largest cost of the steps that need so many there.
+    name
+        Of the capture, without its suffix.
+    p, mean_us, most_us
+        Comparisons of Fig. 2's search; mean and largest time of the steps that need so many there.
     """
 
-    machine: str
-    unit: str
-    algorithm: str
+    name: str
     p: Floats
-    mean: Floats
-    most: Floats
+    mean_us: Floats
+    most_us: Floats
 
     @property
-    def line(self) -> tuple[float, float]:
-        """Least-squares line through `most`: cost at p = 0, and per comparison."""
-        slope, start = np.polyfit(self.p, self.most, 1)
+    def line_us(self) -> tuple[float, float]:
+        """Least-squares line through `most_us`: us at p = 0, and per comparison."""
+        slope, start = np.polyfit(self.p, self.most_us, 1)
         return float(start), float(slope)
 
 
@@ -158,7 +153,7 @@ def reproduce(costs: tuple[Cost, ...] = ()) -> Reproduction:
     Parameters
     ----------
     costs
-        Of emulated machines, as `load_costs` reads them; without them Fig. 8 is the paper's alone.
+        Of captures, as `load_cost` reads them; without them Fig. 8 is the paper's alone.
     """
     example_1, rows_1 = _example_1()
     example_2, rows_2 = _example_2()
@@ -479,8 +474,8 @@ def _comparisons(most_of_fig_14: int) -> list[Row]:
     ]
 
 
-def load_costs(path: Path) -> tuple[Cost, ...]:
-    """Costs of emulated machines, as tests/target/fig8.py writes them.
+def load_cost(path: Path) -> Cost:
+    """What `madelung timing CAPTURE --record INPUTS -o path` has written, where p > 0.
 
     Raises
     ------
@@ -489,31 +484,26 @@ def load_costs(path: Path) -> tuple[Cost, ...]:
     """
     told = read_json(path)
     try:
-        costs = tuple(
-            Cost(
-                str(machine["machine"]),
-                str(machine["unit"]),
-                str(algorithm),
-                *(np.array([float(q[key]) for q in points]) for key in ("p", "mean", "most")),
-            )
-            for machine in told
-            for algorithm, points in machine["algorithms"].items()
-        )
+        rows = [row for row in told["by_p"] if row["p"] > 0]
+        columns = (np.array([float(row[key]) for row in rows]) for key in _COLUMNS)
+        p, mean_s, most_s = columns
+        cost = Cost(Path(str(told["capture"])).stem, p, 1e6 * mean_s, 1e6 * most_s)
     except (TypeError, KeyError, AttributeError, ValueError, OverflowError) as error:
-        raise InputError(f"{path}: {_NO_COSTS}") from error
-    for cost in costs:
-        values = np.concatenate((cost.p, cost.mean, cost.most))
-        if np.unique(cost.p).size < 2 or not (np.abs(values) < 1e12).all():
-            raise InputError(f"{path}: {_NO_COSTS}")
-    return costs
+        raise InputError(f"{path}: {_NO_COST}") from error
+    values = np.concatenate((p, mean_s, most_s))
+    if np.unique(p).size < 2 or not (np.abs(values) < 1e12).all():
+        raise InputError(f"{path}: {_NO_COST}")
+    return cost
 
 
-_NO_COSTS = "does not hold costs of emulated machines; `make reproduce` writes such a file"
+_COLUMNS = ("p", "mean_s", "max_s")
+_NO_COST = (
+    "holds no times by p; `madelung timing CAPTURE --record INPUTS -o FILE` writes such files"
+)
 
 
 def _fig_8(costs: tuple[Cost, ...]) -> list[Row]:
     start, slope = LINE_US
-    cycles = CLOCK_HZ * 1e-6
     where = "Fig. 8"
     rows = [
         Row(
@@ -526,23 +516,22 @@ def _fig_8(costs: tuple[Cost, ...]) -> list[Row]:
         )
         for p, us in ((12, MCT_US), (4, FIG_14_US))
     ]
-    paper = f"{start:g} + {slope:g} p us = {start * cycles:g} + {slope * cycles:g} p cycles"
-    called = {"reference": "the paper's algorithm", "ours": "our core"}
+    paper = f"{start:g} + {slope:g} p us"
     rows += [
         Row(
             where,
-            f"cost of a step, {called.get(c.algorithm, c.algorithm)}, {c.machine}",
+            f"time of a step, capture {c.name}",
             f"{paper} (F28335, 150 MHz)",
-            f"{c.line[0]:.0f} + {c.line[1]:.1f} p {c.unit} at most; mean {c.mean.min():.0f} to "
-            f"{c.mean.max():.0f}",
+            f"{c.line_us[0]:.2f} {'-' if c.line_us[1] < 0 else '+'} {abs(c.line_us[1]):.3f} p us "
+            f"at most; mean {c.mean_us.min():.2f} to {c.mean_us.max():.2f} us",
             None,
-            "an emulator's pin, and another processor: no F28335 was measured",
+            "another processor, or an emulated one; the emulated board counts 10 ns an instruction",
         )
         for c in costs
     ]
     if not costs:
-        note = "`make reproduce` measures it on emulated machines; no F28335 was measured"
-        rows.append(Row(where, "cost of a step", paper, "not measured", None, note))
+        note = "`make reproduce` captures an emulated board's pin; no F28335 was measured"
+        rows.append(Row(where, "time of a step", paper, "not measured", None, note))
     return rows
 
 

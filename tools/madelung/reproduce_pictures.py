@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import cycle
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -78,19 +79,16 @@ def _fig_7(found: Reproduction) -> Figure:
 
 def _fig_8(found: Reproduction) -> Figure:
     figure = new_figure()
-    machines = list(dict.fromkeys((c.machine, c.unit) for c in found.costs))
-    panels = np.atleast_1d(figure.subplots(1, 1 + len(machines)))
+    panels = figure.subplots(1, 2 if found.costs else 1, squeeze=False)[0]
     p = np.arange(1, 13)
     panels[0].plot(p, LINE_US[0] + LINE_US[1] * p, color=MODEL, label="0.57 + 0.19 p")
     panels[0].plot([12, 4], [MCT_US, FIG_14_US], "x", color=MODEL, label="given in the text")
     label_axes(panels[0], "Fig. 8: paper, F28335 at 150 MHz", "comparisons p", "time (us)")
-    named = {"reference": ("paper's algorithm", RISING), "ours": ("our core", FALLING)}
-    for axes, (machine, unit) in zip(panels[1:], machines, strict=True):
-        for cost in (c for c in found.costs if c.machine == machine):
-            name, colour = named.get(cost.algorithm, (cost.algorithm, MEASURED))
-            axes.plot(cost.p, cost.most, "-", color=colour, label=f"{name}, most")
-            axes.plot(cost.p, cost.mean, ":", color=colour, label=f"{name}, mean")
-        label_axes(axes, machine, "comparisons p of Fig. 2's search", f"{unit} per step")
+    for cost, colour in zip(found.costs, cycle((RISING, FALLING, MEASURED)), strict=False):
+        panels[1].plot(cost.p, cost.most_us, "-", color=colour, label=f"{cost.name}, most")
+        panels[1].plot(cost.p, cost.mean_us, ":", color=colour, label=f"{cost.name}, mean")
+    if found.costs:
+        label_axes(panels[1], "Captured pin", "comparisons p of Fig. 2's search", "time (us)")
     for axes in panels:
         axes.set_ylim(bottom=0.0)
         axes.set_xticks(p[1::2])

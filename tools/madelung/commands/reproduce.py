@@ -36,9 +36,9 @@ def reproduce(
         ),
     ] = None,
     timing: Annotated[
-        Path | None,
+        list[Path] | None,
         typer.Option(
-            help="cao2019: costs on emulated machines for Fig. 8, as `make reproduce` writes them."
+            help="cao2019: times by p for Fig. 8, from `madelung timing --record -o`; repeatable."
         ),
     ] = None,
 ) -> None:
@@ -53,11 +53,11 @@ def reproduce(
         typer.echo(str(output))
 
 
-def _cao2019(output: Path | None, timing: Path | None) -> tuple[Row, ...]:
+def _cao2019(output: Path | None, timing: list[Path] | None) -> tuple[Row, ...]:
     from madelung.commands.common import working
-    from madelung.reproduce import load_costs, reproduce, write
+    from madelung.reproduce import load_cost, reproduce, write
 
-    costs = () if timing is None else load_costs(timing)
+    costs = tuple(map(load_cost, timing or []))
     with working("computing"):
         found = reproduce(costs)
     if output is not None:
@@ -66,12 +66,12 @@ def _cao2019(output: Path | None, timing: Path | None) -> tuple[Row, ...]:
     return found.rows
 
 
-def _yang2015(output: Path | None, timing: Path | None) -> tuple[Row, ...]:
+def _yang2015(output: Path | None, timing: list[Path] | None) -> tuple[Row, ...]:
     from madelung.commands.common import working
     from madelung.reproduce import make_folder
     from madelung.reproduce_yang import reproduce_yang, write
 
-    if timing is not None:
+    if timing:
         raise InputError("--timing is for cao2019")
     if output is not None:
         make_folder(output)
