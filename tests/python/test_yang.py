@@ -383,3 +383,22 @@ def test_command_prints_every_row(
         assert not r.note or r.note in result.stdout
     refused = CliRunner().invoke(app, ["reproduce", "yang2015", "--timing", "x"])
     assert isinstance(refused.exception, InputError)
+
+
+def test_the_readme_shows_what_is_computed(found: YangReproduction) -> None:
+    readme = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+    for what, shown in [
+        ("rate-independent at 300 Hz", "rate-independent model, 300 Hz"),
+        ("dynamic thresholds at 1500 Hz", "dynamic thresholds, 1500 Hz"),
+        ("proposed, 10 to 1500 Hz", "proposed, sines of 10 to 1500 Hz, at most"),
+        ("triangle of 500 Hz, e_max", "proposed, triangle of 500 Hz, e_max"),
+    ]:
+        (one,) = [r for r in found.rows if what in r.what and r.where != "section 6"]
+        assert f"| {shown} | {one.paper.removeprefix('exceeds ')} | {one.ours} |" in readme
+    for hz in (100, 250):
+        clamped, _, _ = row(found, f"triangle of {hz} Hz").ours.partition(" held")
+        assert f"triangle of {hz} Hz, e_max | {row(found, f'triangle of {hz} Hz').paper}" in readme
+        assert f"| {clamped} |" in readme
+    proposed, _, linear = row(found, "multisine of 10 to 500 Hz").ours.partition("; ")
+    assert f"| {proposed.removeprefix('proposed ')} |" in readme
+    assert f"| {linear.removeprefix(LINEAR + ' ')} |" in readme

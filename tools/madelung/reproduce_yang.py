@@ -346,7 +346,7 @@ _OWN = "the paper's actuator cannot be had; ours is the simulated stage"
 
 
 def _percent(two: tuple[float, float]) -> str:
-    return f"{two[0]:.4g} / {two[1]:.4g} %"
+    return f"{two[0]:.3g} / {two[1]:.3g} %"
 
 
 def _tables() -> list[Row]:
