@@ -202,6 +202,43 @@ def test_seeds_of_trials_meet_no_other() -> None:
     assert len(seeds) == 2000 and min(seeds) > 10**9
 
 
+@pytest.mark.parametrize(
+    "told",
+    [
+        ["answer", "nothing"],
+        ["answer", "empty"],
+        ["answer", "empty", "--workers", "0"],
+        ["open", "nothing", "--key", "x"],
+        ["deal", "-o", "empty"],
+        ["deal", "-o", "nowhere/t", "--cases", "1"],
+        ["deal", "-o", "t", "--cases", "0"],
+        [],
+    ],
+)
+def test_bad_input_is_one_line(
+    told: list[str], tmp_path: Path, monkeypatch: Any, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "empty").mkdir()
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", ["madelung", "blind", *told])
+    with pytest.raises(SystemExit) as stopped:
+        cli.main()
+    assert stopped.value.code == 2
+    said = capsys.readouterr().err
+    assert said.startswith("madelung: ") and said.count("\n") == 1
+    assert sorted(p.name for p in tmp_path.rglob("*")) == ["empty"]
+
+
+@pytest.mark.parametrize("labels", ["[]", "{}", '{"a": 1}', '{"a": {"effects": "creep"}}', "{"])
+def test_bad_labels_are_refused(labels: str, trial: Trial) -> None:
+    fake_answers(trial)
+    answer(trial, 1)
+    (path := trial.results / "labels.json").write_text(labels)
+    with pytest.raises(InputError, match=r"labels\.json"):
+        said("open", str(trial.folder), "-o", str(trial.results), "--labels", str(path))
+    assert not (trial.results / "card.html").exists()
+
+
 def test_keys_stay_outside_the_trial(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="keep key and labels apart"):
         said("deal", "-o", str(tmp_path / "t"), "--key-file", str(tmp_path / "t" / "key"))

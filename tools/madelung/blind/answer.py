@@ -16,7 +16,7 @@ import numpy as np
 
 from madelung.blind.trial import Trial, commit_answers, versions
 from madelung.errors import InputError
-from madelung.files import write_atomically
+from madelung.files import read_json, write_atomically
 
 Files = dict[str, bytes]
 """A case: path within its folder to content."""
@@ -133,12 +133,15 @@ def answer(
     left = [case for case in cases if not trial.answer(case.name).exists()]
     told(len(cases) - len(left), len(cases))
     own = versions()
-    with _client(min(workers, max(len(left), 1)), scheduler) as client:
-        for done, (case, found) in enumerate(_answers(client, left, answerer, seed), 1):
-            whole = {"case": case.name} | dict(found) | {"versions": own}
-            write_atomically(trial.answer(case.name), json.dumps(whole, indent=1) + "\n")
-            told(len(cases) - len(left) + done, len(cases))
-    return commit_answers(trial, {"seed": seed, "versions": own})
+    if left:
+        with _client(min(workers, len(left)), scheduler) as client:
+            for done, (case, found) in enumerate(_answers(client, left, answerer, seed), 1):
+                whole = {"case": case.name} | dict(found) | {"versions": own}
+                write_atomically(trial.answer(case.name), json.dumps(whole, indent=1) + "\n")
+                told(len(cases) - len(left) + done, len(cases))
+    answers = [read_json(trial.answer(case.name)) for case in cases]
+    sources = {str(a.get("versions", own)["source"]) for a in answers}  # a resumed trial may mix
+    return commit_answers(trial, {"seed": seed, "versions": own, "sources": sorted(sources)})
 
 
 def _answers(

@@ -12,9 +12,7 @@ import typer
 from madelung.commands.diagnose import BLAS_THREADS
 from madelung.errors import InputError
 
-app = typer.Typer(
-    help="Try the diagnosis on cases whose labels are sealed, and score it.", no_args_is_help=True
-)
+app = typer.Typer(help="Try the diagnosis on cases whose labels are sealed, and score it.")
 
 _WORKERS = typer.Option(min=1, max=256, help="Processes on this machine (default: its cores).")
 _FOLDER = typer.Argument(help="The trial, or a folder that holds cases.")
@@ -93,7 +91,8 @@ def answer(
 
     began = time.perf_counter()
     counts: list[int] = []
-    with Progress(console=Console(stderr=True), transient=True) as progress:
+    err = Console(stderr=True)
+    with Progress(console=err, transient=True, disable=not err.is_terminal) as progress:
         bar = progress.add_task("cases", total=None)
 
         def told(done: int, total: int) -> None:
@@ -137,7 +136,7 @@ def open_(
 
     place = Trial(trial, output or trial)
     committed = check_answers(place)
-    told: dict[str, object] = {"answers": committed["sha256"], "versions": committed["versions"]}
+    told = {"answers": committed["sha256"]} | {k: committed[k] for k in ("versions", "sources")}
     if labels is not None and key is None:
         truth = read_labels(labels)
     elif key is not None and labels is None:
