@@ -83,6 +83,7 @@ bench: all ## what a step costs beside the paper's algorithm: time on emulated m
 	@.venv/bin/python tests/target/bench.py
 
 test-python: all ## run the tests in Python
+	@tools/apt.sh chromium chromium-driver
 	@tools/run_pytest.sh test-python $(wildcard tests/python tests/property tests/regression)
 
 reproduce: all ## put the papers' results beside ours, in build/cao2019 and build/yang2015

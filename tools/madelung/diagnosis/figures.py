@@ -323,7 +323,7 @@ def _ranking(diagnosis: Mapping[str, Any]) -> Figure | None:
         data.append(_line(colour, 1.5, label, x=[max(value, 1e-9)] * 2, y=ends) | {"line": dash})
     layout = _layout(
         110 + 26 * len(entries),
-        xaxis=_log("error left by the best hypothesis with the effect, rms (um); % closed"),
+        xaxis=_log("error left, rms (um); % closed"),
         yaxis=_axis(
             "",
             type="category",
@@ -362,7 +362,7 @@ def _dots(entries: Sequence[Mapping[str, Any]], name: str, colour: str, symbol: 
 
 def _plain(name: object) -> str:
     """A name that plotly shows as it is, markup and all."""
-    return escape(printable(name)[:60].replace("_", " "))
+    return escape(printable(name)[:60].replace("_", " "), quote=False)
 
 
 # -- next experiment ----------------------------------------------------------------------------

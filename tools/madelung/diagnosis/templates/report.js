@@ -3,6 +3,7 @@
 (() => {
   const CONFIG = { displaylogo: false, modeBarButtons: [["toImage", "zoom2d", "pan2d", "resetScale2d"]] };
   const PRINTED = { whole: 690, half: 340, height: 470 }; // px that A4 leaves
+  const POINTS = 4000; // of a line: more than a screen has columns
   const LINKS = [["yaxis", "yaxis"], ["yaxis2", "yaxis2"], ["yaxis3", "xaxis"]]; // time, loops
   const dark = matchMedia("(prefers-color-scheme: dark)");
   const find = (id) => document.getElementById(id);
@@ -37,6 +38,25 @@
     return from < 0 || to < from ? [0, 0] : [from, to + 1];
   };
 
+  // About POINTS rows of a part that keep the extremes of every channel.
+  const thinned = ([from, to], all) => {
+    const rows = [], step = Math.ceil(2 * all.length * (to - from) / POINTS);
+    if (step <= 2 * all.length) return Array.from({ length: to - from }, (_, i) => from + i);
+    for (let a = from; a < to; a += step) {
+      const b = Math.min(a + step, to), kept = new Set();
+      for (const values of all) {
+        let low = a, high = a;
+        for (let i = a + 1; i < b; i++) {
+          if (values[i] < values[low]) low = i;
+          if (values[i] > values[high]) high = i;
+        }
+        kept.add(low).add(high);
+      }
+      rows.push(...[...kept].sort((x, y) => x - y));
+    }
+    return rows;
+  };
+
   const painted = (value) => {
     if (typeof value === "string") return (dark.matches && !printing && page.dark[value]) || value;
     if (Array.isArray(value) || ArrayBuffer.isView(value) || value === null) return value;
@@ -45,12 +65,14 @@
       [k, k === "data" || k === "shapes" ? v.map(painted) : painted(v)]));
   };
   const draw = (id) => {
-    const figure = painted(page.figures[id]), place = find(id);
-    const rows = id === "loops" ? within(shown.t, find("time").layout.xaxis.range) : [0, undefined];
-    const data = figure.data.map((trace) => !trace.meta ? trace : {
-      ...trace,
-      x: shown[trace.meta.x].subarray(...rows),
-      y: shown[trace.meta.y].subarray(...rows),
+    const figure = painted(page.figures[id]), place = find(id), time = find("time")?.layout;
+    const zoomed = time?.uirevision === page.shown && time.xaxis.autorange === false;
+    const data = figure.data.map((trace) => {
+      if (!trace.meta) return trace;
+      const [x, y] = [shown[trace.meta.x], shown[trace.meta.y]];
+      const part = within(shown.t, zoomed && time.xaxis.range);
+      const rows = thinned(part, id === "time" ? [y] : [x, y]);
+      return { ...trace, x: rows.map((i) => x[i]), y: rows.map((i) => y[i]) };
     });
     const width = printing ? PRINTED[place.dataset.print] : place.clientWidth;
     const before = place.layout || {};
@@ -81,7 +103,10 @@
       if (autorange) update[b + ".autorange"] = true;
       else update[b + ".range"] = [...range];
     }
-    if (from === "time" && touched("xaxis")) await draw("loops");
+    if (from === "time" && touched("xaxis")) {
+      await draw("time");
+      await draw("loops");
+    }
     if (Object.keys(update).length) await Plotly.relayout(to, update);
     linking = false;
   });
