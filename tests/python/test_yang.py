@@ -202,6 +202,14 @@ def test_predict_says_where_it_extrapolates(tmp_path: Path) -> None:
     assert "harmonics above 300 Hz: the model extrapolated" in result.stderr
 
 
+def test_diagnose_refuses_it(tmp_path: Path) -> None:
+    model = tmp_path / "m.json"
+    yang_model(PUBLISHED, LOW_V, HIGH_V).save(model)
+    args = ["diagnose", str(tmp_path), "-o", str(tmp_path / "out"), "--model", str(model)]
+    refused = CliRunner().invoke(app, args)
+    assert isinstance(refused.exception, InputError) and "kind yang2015" in str(refused.exception)
+
+
 def test_exported_displacements_fit_the_dac() -> None:
     model = yang_model(PUBLISHED, LOW_V, HIGH_V)
     y = Predictor(model).run([LOW_V, HIGH_V])

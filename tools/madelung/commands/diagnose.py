@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import os
+import shlex
 from pathlib import Path
 from typing import Annotated
 
 import typer
+
+from madelung.errors import InputError
 
 BLAS_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
@@ -51,13 +54,18 @@ def diagnose(
 
     err = Console(stderr=True)
     flashed = None if model is None else load_model(model)
+    if flashed is not None and flashed.kind in ("major_curve", "yang2015"):
+        raise InputError(f"{model}: is of kind {flashed.kind}; --model needs a polynomial f0")
     with err.status("reading the case") as status:
         told = status.update if err.is_terminal else lambda _: None
         loaded = load_case(case)
         found = run(loaded, Options(jobs, seed, flashed, tolerance, check), told)
         told("drawing and writing")
-        command = f"madelung diagnose {case} -o {output} --seed {seed}"
-        content = write(output, loaded, found, command, seed)
+        again = ["madelung", "diagnose", str(case), "-o", str(output), "--seed", str(seed)]
+        again += [] if model is None else ["--model", str(model)]
+        again += [] if tolerance is None else ["--tolerance", f"{tolerance:g}"]
+        again += ["--check"] if check else []
+        content = write(output, loaded, found, shlex.join(again), seed)
     for warning in content["warnings"]:
         typer.echo(f"madelung: warning: {warning}", err=True)
     Console().print(terminal(content))
