@@ -180,7 +180,7 @@ def test_page_tells_everything(tmp_path: Path) -> None:
         "0.36 to 0.44",
         "slew limit",
         "rate ≥ 500 V/s",
-        "delay 12 us",
+        "12 us",
         "not at any size",
         "7 to 19",
         "madelung diagnose CASE_DIR -o OUT_DIR --seed 5",

@@ -46,7 +46,7 @@ def test_before_and_after_in_sentences(tmp_path: Path) -> None:
         "From before to after",
         "The gap of the training records goes from 0.12 to 0.05 um rms (2.1 to 0.9 % of the",
         "Delay is gone. Before: delay = 0.4 ms (95 %: 0.36 to 0.44). Now it would show from: "
-        "delay 12 us.",
+        "12 us, shift.",
         "Creep stays. Before: creep = 0.012 of the step per decade of time (95 %: 0.0108 to",
         "Resonance is new. fn = 420 Hz (95 %: 378 to 462).",
         "creep: creep",

@@ -142,7 +142,7 @@ def _compared(out: Path, name: str, d: Diagnosis, beside: Path) -> Compared:
         found=parts,
         possible=[e for e in named_effects(d) if e not in parts],
         sizes={e: q for e, q in main_parameters(d).items() if e in named_effects(d)},
-        seen_from=dict(unseen(d)),
+        seen_from={e: f"{size}, {what}".rstrip(", ") for e, size, what in unseen(d)},
         before_um=float(shrink["rms_before_um"] if shrink["records"] else gap["rms_um"]),
         after_um=float(shrink["rms_after_um"]) if shrink["records"] else None,
         floor_um=float(gap["noise_floor_um"]),

@@ -20,7 +20,7 @@ from madelung.diagnosis.noise import Noise
 from madelung.diagnosis.page import render
 from madelung.diagnosis.pictures import NAMES, View, in_percent, printable, region_label
 from madelung.diagnosis.remedies import ACTIONS, KINDS, Action
-from madelung.diagnosis.vocabulary import EFFECTS
+from madelung.diagnosis.vocabulary import EFFECTS, SIZES
 from madelung.files import write_atomically
 
 if TYPE_CHECKING:
@@ -40,8 +40,6 @@ UNITS = {
     "V": "V",
     "s": "s",
 }
-FREE_UNITS = {"asymmetry": "um", "non_masing": "um", "rate_dependence": "um", "drift": "um/s"}
-"""Units of `detectable` for effects whose parameters' keys the contract leaves free."""
 STATUS = {
     "identified": "Identified",
     "ambiguous": "Ambiguous",
@@ -189,8 +187,9 @@ def _quantity(effect: str, key: str, found: Mapping[str, Any]) -> Quantity:
     value, ci95 = found["value"], found["ci95"]
     factor, unit = _scale(value, unit)
     between = f"{_number(ci95[0], factor)} to {_number(ci95[1], factor)}" if ci95 else "-"
-    ends = (ci95[0], value, ci95[1]) if ci95 and isinstance(value, int | float) else None
-    return Quantity(spoken(effect), name, _number(value, factor), between, unit, ends)
+    ends = (ci95[0], value, ci95[1]) if ci95 else (None, value, None)
+    known = ends if all(isinstance(v, int | float) for v in ends) else None
+    return Quantity(spoken(effect), name, _number(value, factor), between, unit, known)
 
 
 def _scale(value: object, unit: str) -> tuple[float, str]:
@@ -237,30 +236,22 @@ def causes(diagnosis: Diagnosis) -> list[Cause]:
     ]
 
 
-def unseen(diagnosis: Diagnosis) -> list[tuple[str, str]]:
-    """Effect and the smallest size that the campaign could reveal."""
+def unseen(diagnosis: Diagnosis) -> list[tuple[str, str, str]]:
+    """Effect, the smallest size that the campaign could reveal, and what the size is."""
     rows = []
     for effect, size in diagnosis.get("detectable", {}).items():
-        value = size.get("value") if isinstance(size, Mapping) else size
-        name, unit = _first_key(effect)
-        unit = str(size.get("unit", unit)) if isinstance(size, Mapping) else unit
+        unit, meaning = SIZES.get(effect, ("", ""))
         said = "not at any size"
-        if isinstance(value, int | float):
-            factor, unit = _scale(value, unit)
-            said = " ".join(f"{name} {digits(factor * value)} {unit}".split())
-        rows.append((spoken(effect), said))
+        if isinstance(size, int | float):
+            factor, unit = _scale(size, unit)
+            said = f"{digits(factor * size)} {unit}".strip()
+        rows.append((spoken(effect), said, meaning))
     return rows
 
 
 def digits(value: float, count: int = 3) -> str:
     """Significant digits, without an exponent where the number is not that large."""
     return f"{float(f'{value:.{count}g}'):.{max(count, 6)}g}"
-
-
-def _first_key(effect: str) -> tuple[str, str]:
-    """Name and unit of an effect's first parameter."""
-    keys = EFFECTS[effect].keys if effect in EFFECTS else ()
-    return split_unit(keys[0]) if keys else ("", FREE_UNITS.get(effect, ""))
 
 
 def _entries(value: Mapping[str, Any]) -> list[tuple[str, str]]:
