@@ -128,12 +128,13 @@ def region(axis: str, low: float | None, high: float | None) -> dict[str, Any]:
     [
         (region("input", 33.0, None), True),
         (region("input", 36.0, 40.0), True),
-        (region("input", 39.0, 40.0), False),
+        (region("input", 39.0, 40.0), True),
+        (region("input", 20.0, 36.0), False),
         (region("input", None, 34.0), False),
         (region("rate", 0.0, 100.0), False),
     ],
 )
-def test_where_needs_half_of_the_true_region(found: dict[str, Any], hit: bool) -> None:
+def test_where_needs_half_of_the_narrower_region(found: dict[str, Any], hit: bool) -> None:
     truth = label("saturation", where={"axis": "input", "low": 35.0, "high": 40.0})
     other = region("branch", None, None) | {"low": "major_rising"}
     told = card([], x=(truth, said("identified", "saturation", where=[found, other])))["where"]

@@ -680,8 +680,8 @@ def make_case(
     -------
     ``effects`` and ``outside`` (names), ``parameters`` (effect to parameters), ``deviation_um``
     (record to the rms by which all effects together change the reading), ``noise_um``, ``seed``;
-    ``apart_um`` (effect to record to the rms by which it changes what the sensor shows) where it
-    was asked for.
+    ``noise_in_um`` (record to the rms of noise and converter in it); ``apart_um`` (effect to
+    record to the rms by which it changes what the sensor shows) where it was asked for.
 
     Raises
     ------
@@ -705,7 +705,7 @@ def make_case(
     except OSError as error:
         raise InputError(f"{directory}: cannot be written: {error.strerror}") from error
     try:
-        deviation = _write_case(part, stage, every, chosen, seed, monitor)
+        deviation, noise = _write_case(part, stage, every, chosen, seed, monitor)
         part.chmod(0o755)
         part.rename(directory)
     finally:
@@ -718,6 +718,7 @@ def make_case(
         "noise_um": stage.noise_um,
         "seed": seed,
         **({"apart_um": _apart_um(stage, every, drawn, seed)} if apart else {}),
+        "noise_in_um": noise,
     }
 
 
@@ -756,8 +757,8 @@ def _apart_um(
 
 def _write_case(
     directory: Path, stage: Stage, every: Commands, effects: Effects, seed: int, monitor: bool
-) -> dict[str, float]:
-    """Write the files of a case; record to the rms by which the effects change it, um."""
+) -> tuple[dict[str, float], dict[str, float]]:
+    """Write the files of a case; record to the rms, um, by which effects and noise change it."""
     device = {
         "device": "simulated piezo stage",
         "u_min_V": stage.u_min_V,
@@ -767,7 +768,7 @@ def _write_case(
         "dac_bits": stage.dac_bits,
     }
     write_atomically(directory / "case.json", json.dumps(device, indent=1) + "\n")
-    deviation = {}
+    deviation, noise = {}, {}
     for index, (name, command) in enumerate(every.items()):
         acting = effects.at_identification() if name == "identify" else effects
         own_seed = _record_seed(seed, index)
@@ -783,7 +784,9 @@ def _write_case(
         plain = measure(stage, t, u, Hysteresis(stage).run(u), own_seed)
         assert record.y is not None and plain.y is not None
         deviation[name] = float(np.std(record.y - plain.y))
-    return deviation
+        true = np.interp(record.t_s, t, shown) + stage.offset_um
+        noise[name] = float(np.sqrt(np.mean((record.y - true) ** 2)))
+    return deviation, noise
 
 
 def random_stage(seed: int) -> Stage:

@@ -84,7 +84,7 @@ def deal_case(
         "law": laws,
         "parameters": told["parameters"],
         "rms_um": {name: _pooled(records, every) for name, records in told["apart_um"].items()},
-        "noise": _noise(stage),
+        "noise": _noise(stage) | {"in_um": _pooled(told["noise_in_um"], every)},
         "base": _base(stage),
         "records": {
             name: {"waveform": str(c.waveform), "rate_hz": c.rate_hz, "rows": c.samples}
@@ -192,7 +192,7 @@ def _where(parameters: Mapping[str, Parameters], scene: Scene) -> dict[str, Any]
     if name == "slew_limit":
         regions[name] = ("rate", p["slew_V_per_s"], scene.highest_V_per_s)
     if name in ("delay", "amplifier_lag"):
-        regions[name] = ("rate", scene.fast_V_per_s, scene.highest_V_per_s)
+        regions[name] = ("rate", 0.5 * scene.fast_V_per_s, scene.highest_V_per_s)
     if name == "periodic_disturbance":
         regions[name] = ("frequency", p["freq_hz"], p["freq_hz"])
     if name not in regions:

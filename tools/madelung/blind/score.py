@@ -24,6 +24,8 @@ _GAPS = (0.0, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, np.inf)
 """Edges of the gap over the noise floor, rms."""
 _CLOSABLE_MIN = 0.1
 """Hold-out records with less to close, over the noise floor's square, say nothing of shrinkage."""
+_COMPARABLE = {key for effect in EFFECTS.values() for key in effect.keys} - {"knee_V"}
+"""Parameters that mean the same in every law; a knee's width depends on its shape."""
 _ANSWERS = len(EFFECTS) + 2
 """How many answers a single cause can get: an effect, unknown, no gap."""
 
@@ -218,19 +220,20 @@ def _where_of(label: Mapping[str, Any], found: Mapping[str, Any]) -> Row:
 
 
 def _contains(region: Mapping[str, Any], true: Mapping[str, Any]) -> bool:
-    """Whether a region covers half of the true one, or its only point."""
+    """Whether a region and the true one share half of the narrower, or a line."""
     if region["axis"] != true["axis"]:
         return False
     low = -np.inf if region["low"] is None else float(region["low"])
     high = np.inf if region["high"] is None else float(region["high"])
     common = min(high, true["high"]) - max(low, true["low"])
-    width = true["high"] - true["low"]
+    width = min(true["high"] - true["low"], high - low)
     return bool(common >= 0.0 and common >= 0.5 * width)
 
 
 def _shrink_of(label: Mapping[str, Any], answer: Mapping[str, Any]) -> Row | None:
     """Claimed and true share of what could be closed on the hold-out records."""
-    floor, rms = _floor_um(label), answer.get("holdout")
+    noise, rms = label.get("noise", {}), answer.get("holdout")
+    floor = noise.get("in_um", {}).get("holdout", _floor_um(label))
     told = (answer.get("diagnosis") or {}).get("shrink", {})
     if floor is None or not rms or not rms["rows"] or told.get("closable_closed") is None:
         return None
@@ -255,7 +258,7 @@ def _parameters_of(row: Row, label: Mapping[str, Any], found: Mapping[str, Any])
     for effect in row["named"]:
         for key, told in entries.get(effect, {}).items():
             true = truth.get(effect, {}).get(key)
-            if effect not in row["effects"] or true is None or key not in EFFECTS[effect].keys:
+            if effect not in row["effects"] or true is None or key not in _COMPARABLE:
                 continue
             scale = _scale(key, true, label)
             low, high = told["ci95"] or (np.nan, np.nan)
@@ -272,7 +275,7 @@ def _parameters_of(row: Row, label: Mapping[str, Any], found: Mapping[str, Any])
 def _scale(key: str, true: float, label: Mapping[str, Any]) -> float:
     """What an error is measured against: the value, a voltage's range, a gain's change."""
     base = label.get("base", {})
-    if key in ("high_V", "low_V", "start_peak_V", "knee_V") and "u_max_V" in base:
+    if key in ("high_V", "low_V", "start_peak_V") and "u_max_V" in base:
         return float(base["u_max_V"] - base["u_min_V"])
     return abs(true - 1.0 if key == "gain" else true) or 1.0
 

@@ -185,7 +185,9 @@ def check_answers(trial: Trial) -> dict[str, Any]:
     """
     if not trial.committed.exists():
         raise InputError(f"{trial.committed}: is missing: nothing is opened before it is answered")
-    content: dict[str, Any] = read_json(trial.committed)
+    content = read_json(trial.committed)
+    if not isinstance(content, dict) or not {"versions", "sources"} <= content.keys():
+        raise InputError(f"{trial.committed}: does not bind answers")
     body = {k: v for k, v in content.items() if k not in ("schema", "sha256")}
     if content.get("sha256") != _hash(body) or body.get("cases") != _hashes(trial):
         raise InputError(f"{trial.results / 'answers'}: are not those that were committed to")
