@@ -12,8 +12,16 @@ from madelung.diagnosis.case import Trace
 from madelung.diagnosis.diagnose import best_with
 from madelung.diagnosis.fit import Fit, Problem
 from madelung.diagnosis.forms import Form, Scales, forms, line_form
+from madelung.diagnosis.holdout import (
+    TRAIN_BLOCKS,
+    Prediction,
+    cross_validated,
+    region_shrink,
+    shrink,
+)
 from madelung.diagnosis.noise import Noise, estimate_noise, proven_fall
 from madelung.diagnosis.verdict import Verdict, judge
+from madelung.diagnosis.where import Region
 from madelung.diagnosis.which import Engine, Search
 from madelung.path import Runner, SignalPath
 from madelung.records import make_record
@@ -295,6 +303,55 @@ def test_fit_of_the_sensors_effects_against_formulas() -> None:
     assert hum.values["freq0_hz"] == pytest.approx(50.0, abs=0.02)
     size = np.hypot(hum.values["cos0:fast"], hum.values["sin0:fast"])
     assert size == pytest.approx(0.04, rel=0.02)
+
+
+# -- how far ------------------------------------------------------------------------------------
+
+
+def test_cross_validation_is_what_refits_without_a_block_miss() -> None:
+    posed = problem(records(noise_um=0.3))
+    full = posed.fit((), {}, BETA, 3)
+    full = posed.fit((), {}, full.beta, 1)
+    energy, rows = 0.0, 0
+    for i, t in enumerate(posed.traces):
+        if t.role != "train":
+            continue
+        rows += t.u_V.size
+        for block in np.array_split(np.arange(t.u_V.size), TRAIN_BLOCKS):
+            use = t.use.copy()
+            use[block] = False
+            others = [replace(x, use=use) if k == i else x for k, x in enumerate(posed.traces)]
+            again = posed.with_traces(others).fit((), {}, full.beta, 3)
+            missed = (t.y_um - posed.simulate(again)[i])[block]
+            energy += float(missed @ missed)
+    assert cross_validated(posed, full) == pytest.approx(energy / rows, rel=1e-4)
+
+
+def test_rms_of_a_region_is_that_of_its_rows() -> None:
+    u = swings(seconds=1.0)
+    low = u < 20.0
+    t = trace("later", u, np.where(low, 0.5, 0.1) * np.sign(np.sin(np.arange(u.size))), 1e-3)
+    made = Prediction(t, np.zeros_like(u), 0.5 * t.y_um)
+    region = Region("input", 0.0, 20.0, "V", 0.9, 2.0)
+    found = region_shrink([region], [made], (0.0, 40.0))[0]
+    assert found["rms_before_um"] == pytest.approx(0.5, rel=1e-6)
+    assert found["rms_after_um"] == pytest.approx(0.25, rel=1e-6)
+
+
+def test_lines_are_projected_out_of_the_share_alone() -> None:
+    n = 4000
+    t = np.arange(n) * 1e-3
+    hum = 0.3 * np.sin(2.0 * np.pi * 50.0 * t + 1.0)
+    noise = 0.01 * RNG(1).standard_normal(n)
+    made = Prediction(
+        trace("later", 20.0 + np.sin(t), hum + noise + 0.1 * np.sin(9.0 * t), 1e-3),
+        np.zeros(n),
+        0.1 * np.sin(9.0 * t),
+    )
+    told = shrink([made], Noise(0.01, 0.0, 1.0, 1000, True), [50.0], 0)
+    assert told["rms_after_um"] == pytest.approx(0.3 / np.sqrt(2.0), rel=0.01)
+    assert told["rms_after_um"] == told["records"][0]["rms_after_um"]
+    assert told["closable_closed"] == pytest.approx(1.0, abs=0.01)
 
 
 # -- thresholds of the verdict ------------------------------------------------------------------

@@ -13,12 +13,20 @@ from madelung.diagnosis.case import Case, Trace
 from madelung.diagnosis.experiment import next_experiment
 from madelung.diagnosis.fit import Fit, Problem
 from madelung.diagnosis.forms import Scales, forms
-from madelung.diagnosis.holdout import Prediction, predict, shrink
+from madelung.diagnosis.holdout import (
+    CLOSABLE_MIN,
+    Prediction,
+    cross_validated,
+    predict,
+    region_shrink,
+    shrink,
+)
 from madelung.diagnosis.known import excluded, known_forms, monitored
 from madelung.diagnosis.noise import Noise, estimate_noise
 from madelung.diagnosis.parameters import reported
 from madelung.diagnosis.verdict import Verdict, detectable, judge, train_excess
-from madelung.diagnosis.where import Region, locate, part
+from madelung.diagnosis.vocabulary import EFFECTS, SIZES
+from madelung.diagnosis.where import Region, locate
 from madelung.diagnosis.which import Engine, Progress, Search
 from madelung.model import Model
 
@@ -113,13 +121,14 @@ def diagnose(case: Case, options: Options, progress: Progress = lambda _: None) 
         "ranking": [] if options.check else _ranking(engine, search, baseline),
         "shrink": shrink(held, noise, lines, options.seed)
         | {
-            "regions": _region_shrink(regions, predictions, case),
+            "regions": region_shrink(regions, held, (case.u_min_V, case.u_max_V)),
             "set_aside": list(case.set_aside),
         },
         "data_faults": case.faults,
         "detectable": detectable(
             Engine(heads, engine.forms, 1, progress), search.null, list(engine.forms)
         ),
+        "detectable_units": {e: SIZES[e][0] for e in EFFECTS},
         "next_experiment": next_experiment(verdict, scales),
         "warnings": case.warnings + _warnings(case, noise, verdict, options, good),
         "noise": {
@@ -269,8 +278,9 @@ def _ranking(engine: Engine, search: Search, baseline: Fit) -> list[dict[str, An
     names = sorted({e for key in search.fits for e in key})
     for name in names:
         fit = best_with(name, engine, search)
+        full = engine.problem.fit(fit.forms, fit.values, fit.beta, 1)
         rest = search.fits.get(fit.effects - {name}, search.null)
-        rms, closed = _out_of_sample(engine.problem, fit, gap2)
+        rms, closed = _out_of_sample(engine.problem, full, gap2)
         entries.append(
             {
                 "effect": name,
@@ -280,7 +290,7 @@ def _ranking(engine: Engine, search: Search, baseline: Fit) -> list[dict[str, An
                 "closable_closed": closed,
                 "p_value": engine.p_value(rest, fit),
                 "gain": engine.gain(rest, fit),
-                "parameters": reported(name, fit, engine.problem),
+                "parameters": reported(name, full, engine.problem),
                 "score": engine.score(fit),
             }
         )
@@ -299,48 +309,21 @@ def best_with(effect: str, engine: Engine, search: Search) -> Fit:
     return min((f for f in search.fits.values() if effect in f.effects), key=engine.score)
 
 
-def _out_of_sample(problem: Problem, fit: Fit, gap2: float) -> tuple[float, float | None]:
-    """Expected rms on rows like the train records' that were not fitted, and the share closed.
+def _out_of_sample(problem: Problem, full: Fit, gap2: float) -> tuple[float, float | None]:
+    """Cross-validated rms on the train records, and the share of the closable gap it closes.
 
     ``gap2`` is the mean square of the baseline's gap.
     """
-    error = _train_error(problem, fit)
-    # Optimism of the fit: every parameter removes about one noise energy from the rows it is
-    # fitted to, and misses by as much on rows that it is not (Akaike's final prediction error).
-    p = len(fit.params) + fit.beta.size
-    rms2 = float(np.mean(error**2)) * (1 + 2 * p / max(error.size, 1))
+    rms2 = cross_validated(problem, full)
     floor = problem.noise.rms_um**2
     closable = gap2 - floor
-    closed = (gap2 - rms2) / closable if closable > 0.05 * floor else None
+    closed = (gap2 - rms2) / closable if closable > CLOSABLE_MIN * floor else None
     return float(np.sqrt(rms2)), closed
 
 
 def _predictions(problem: Problem, case: Case, baseline: Fit, best: Fit) -> list[Prediction]:
     everything = problem.with_traces([*case.train, *case.holdout])
     return predict(everything, baseline, best)
-
-
-def _region_shrink(
-    regions: Sequence[Region], predictions: Sequence[Prediction], case: Case
-) -> list[dict[str, Any]]:
-    """Mean square error in the regions of ``where`` on the hold-out, before and after, as rms."""
-    ends = (case.u_min_V, case.u_max_V)
-    held = [p for p in predictions if p.trace.role == "holdout"]
-    out = []
-    for region in regions:
-        if region.axis in ("time", "record") or not held:
-            continue
-        sums = np.zeros(2)
-        count = 0
-        for p in held:
-            count += int(p.trace.use.sum())
-            for i, y in enumerate((p.baseline_um, p.augmented_um)):
-                sums[i] += float(np.sum(part(region, p.trace, p.trace.y_um - y, ends) ** 2))
-        before, after = np.sqrt(sums / max(count, 1))
-        out.append(
-            region.to_json() | {"rms_before_um": float(before), "rms_after_um": float(after)}
-        )
-    return out
 
 
 def _warnings(

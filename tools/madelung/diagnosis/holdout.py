@@ -12,9 +12,11 @@ from numpy.typing import NDArray
 from madelung.diagnosis.case import Trace
 from madelung.diagnosis.fit import Fit, Problem
 from madelung.diagnosis.noise import Noise
+from madelung.diagnosis.where import Region, part
 
 Array = NDArray[np.float64]
 BLOCKS = 40
+TRAIN_BLOCKS = 8
 DRAWS = 400
 CLOSABLE_MIN = 0.05
 """Nothing can be closed when the gap's energy is above the noise by less than this share of it."""
@@ -39,7 +41,10 @@ def predict(problem: Problem, baseline: Fit, augmented: Fit) -> list[Prediction]
 def shrink(
     predictions: Sequence[Prediction], noise: Noise, lines_hz: Sequence[float], seed: int
 ) -> dict[str, Any]:
-    """The contract's ``shrink``: rms before and after, share of the closable gap, its interval."""
+    """The contract's ``shrink``: rms before and after, share of the closable gap, its interval.
+
+    Lines of a periodic disturbance are projected out of the share alone.
+    """
     records: list[dict[str, Any]] = []
     before: list[Array] = []
     after: list[Array] = []
@@ -52,13 +57,12 @@ def shrink(
         after += np.array_split(_without_lines(a, t, lines_hz) ** 2, BLOCKS)
     eb, ea = (np.array([v.sum() for v in blocks]) for blocks in (before, after))
     n = np.array([v.size for v in before])
-    everything = float(n.sum())
-    floor = noise.rms_um**2
-    closed, ci = _closed(eb, ea, n, floor, seed)
+    rows = [int(p.trace.use.sum()) for p in predictions]
+    closed, ci = _closed(eb, ea, n, noise.rms_um**2, seed)
     return {
         "records": records,
-        "rms_before_um": float(np.sqrt(eb.sum() / everything)) if everything else 0.0,
-        "rms_after_um": float(np.sqrt(ea.sum() / everything)) if everything else 0.0,
+        "rms_before_um": _pooled([r["rms_before_um"] for r in records], rows),
+        "rms_after_um": _pooled([r["rms_after_um"] for r in records], rows),
         "closable_closed": closed,
         "closable_closed_ci95": ci,
     }
@@ -87,6 +91,64 @@ def _without_lines(residual: Array, t_s: Array, lines_hz: Sequence[float]) -> Ar
     design = np.hstack([np.cos(phases), np.sin(phases)])
     fit = np.linalg.lstsq(design, residual, rcond=None)[0]
     out: Array = residual - design @ fit
+    return out
+
+
+def _pooled(rms: Sequence[float], rows: Sequence[int]) -> float:
+    """Over the rows of all records."""
+    energy = sum(n * r * r for r, n in zip(rms, rows, strict=True))
+    return float(np.sqrt(energy / max(sum(rows), 1)))
+
+
+def cross_validated(problem: Problem, full: Fit) -> float:
+    """Mean square error on the train records, each block predicted by a fit to all the others.
+
+    Parameters
+    ----------
+    full
+        With jacobian and covariance. Without a block's rows the parameters move by what its
+        residuals weighed, to first order: r' = r + J_b' (A - J_b J_b')^-1 J_b r.
+    """
+    size = np.sqrt(np.maximum(np.diag(full.covariance), 1e-300))
+    columns = full.jacobian * size[:, None]
+    whole = np.linalg.pinv(full.covariance / np.outer(size, size), rcond=1e-12, hermitian=True)
+    energy, rows = 0.0, 0
+    seen = problem.simulate(full)
+    for trace, y, place in zip(problem.traces, seen, problem.slices, strict=True):
+        if trace.role != "train":
+            continue
+        error = np.where(trace.use, trace.y_um - y, 0.0) ** 2
+        rows += int(trace.use.sum())
+        for block in np.array_split(np.arange(trace.u_V.size), TRAIN_BLOCKS):
+            j = columns[:, place][:, block]
+            r = full.residual[place][block]
+            rest = np.linalg.pinv(whole - j @ j.T, rcond=1e-9, hermitian=True)
+            missed = r + j.T @ (rest @ (j @ r))
+            told = float(r @ r)
+            energy += float(error[block].sum()) * (float(missed @ missed) / told if told else 1.0)
+    return energy / max(rows, 1)
+
+
+def region_shrink(
+    regions: Sequence[Region], predictions: Sequence[Prediction], ends_V: tuple[float, float]
+) -> list[dict[str, Any]]:
+    """Regions of ``where`` on hold-out records: rms inside them, of a band the part in it."""
+    out = []
+    for region in regions:
+        if region.axis in ("time", "record") or not predictions:
+            continue
+        sums, rows = np.zeros(2), 0.0
+        for p in predictions:
+            for i, y in enumerate((p.baseline_um, p.augmented_um)):
+                sums[i] += float(np.sum(part(region, p.trace, p.trace.y_um - y, ends_V) ** 2))
+            inside = np.ones(p.trace.u_V.size)
+            if region.axis != "frequency":
+                inside = part(region, p.trace, inside, ends_V)
+            rows += float(np.sum(inside * p.trace.use))
+        before, after = np.sqrt(sums / max(rows, 1.0))
+        out.append(
+            region.to_json() | {"rms_before_um": float(before), "rms_after_um": float(after)}
+        )
     return out
 
 

@@ -107,9 +107,10 @@ def _write_models(out: Path, case: Case, found: Diagnosis) -> None:
 def _augmented(found: Diagnosis, ends: tuple[float, float]) -> Model:
     """The accepted hypothesis as a model: what an open loop can run, and what it cannot."""
     best = found.best
+    full = found.problem.fit(best.forms, best.values, best.beta, 1)
     path = found.problem.path(best.forms, best.values, best.beta)
     beside = {
-        form.effect: {k: v["value"] for k, v in reported(form.effect, best, found.problem).items()}
+        form.effect: {k: v["value"] for k, v in reported(form.effect, full, found.problem).items()}
         for form in best.forms
         if form.path is None
     }

@@ -16,14 +16,13 @@ Z95 = 1.96
 _RENAMED = {"fn1_hz": "fn_hz", "zeta1": "zeta"}
 
 
-def reported(effect: str, fit: Fit, problem: Problem) -> dict[str, dict[str, Any]]:
-    """``{key: {"value": x, "ci95": [lo, hi]}}`` of one effect of a fit.
+def reported(effect: str, full: Fit, problem: Problem) -> dict[str, dict[str, Any]]:
+    """``{key: {"value": x, "ci95": [lo, hi]}}`` of one effect of a fit with its covariance.
 
     Intervals come from the curvature of the cost at the optimum, widened where the fit leaves
     more than noise; where an interval of a logarithmic parameter is given it is not symmetric.
     """
-    form = next(f for f in fit.forms if f.effect == effect)
-    full = problem.fit(fit.forms, fit.values, fit.beta, 1)
+    form = next(f for f in full.forms if f.effect == effect)
     widen = max(1.0, float(np.sqrt(full.cost / max(problem.rows, 1))))
     spread = Z95 * widen * np.sqrt(np.maximum(np.diag(full.covariance), 0.0))
     names = [p.key for p in full.params]
