@@ -83,8 +83,19 @@ def test_hostile_names_are_shown_and_not_run(tmp_path: Path) -> None:
     assert HOSTILE.replace("\x1b", "\N{REPLACEMENT CHARACTER}") in page.text
 
 
+def damaged() -> dict[str, Any]:
+    d = diagnosis()
+    d["ranking"][0]["parameters"]["delay_s"] = {"value": "x", "ci95": ["y", "z"]}
+    return d
+
+
 @pytest.mark.parametrize(
-    "text", ["", "[]", "{}", '{"verdict": 1}', json.dumps(diagnosis() | {"gap": None})]
+    "text",
+    [
+        *("", "[]", "{}", '{"verdict": 1}'),
+        json.dumps(diagnosis() | {"gap": None}),
+        json.dumps(damaged()),
+    ],
 )
 def test_what_is_no_diagnosis_is_refused(text: str, tmp_path: Path) -> None:
     (tmp_path / "diagnosis.json").write_text(text)

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from urllib.parse import quote
 
+import numpy as np
+
 from madelung.diagnosis.page import render
 from madelung.diagnosis.report import (
     FILTERS,
@@ -188,7 +190,7 @@ def _strips(compared: Sequence[Compared], effects: Sequence[str]) -> list[Strip]
     for effect in effects:
         for c in compared:
             for q in c.sizes.get(effect, []):
-                if q.ends:
+                if q.ends and np.isfinite(q.ends).all():
                     title = f"{spoken(effect)}: {q.name}"
                     held.setdefault(title, []).append((c.name, q.said, q.ends))
     return [_strip(title, rows) for title, rows in held.items() if len(rows) > 1]

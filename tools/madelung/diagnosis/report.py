@@ -187,9 +187,8 @@ def _quantity(effect: str, key: str, found: Mapping[str, Any]) -> Quantity:
     value, ci95 = found["value"], found["ci95"]
     factor, unit = _scale(value, unit)
     between = f"{_number(ci95[0], factor)} to {_number(ci95[1], factor)}" if ci95 else "-"
-    ends = (ci95[0], value, ci95[1]) if ci95 else (None, value, None)
-    known = ends if all(isinstance(v, int | float) for v in ends) else None
-    return Quantity(spoken(effect), name, _number(value, factor), between, unit, known)
+    ends = (float(ci95[0]), float(value), float(ci95[1])) if ci95 else None
+    return Quantity(spoken(effect), name, _number(value, factor), between, unit, ends)
 
 
 def _scale(value: object, unit: str) -> tuple[float, str]:
