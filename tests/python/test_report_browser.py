@@ -327,4 +327,4 @@ def test_looks_as_it_did(
     blocks = (old.width // 8, old.height // 8)
     shrunk = [np.asarray(i.resize(blocks, Image.Resampling.BOX), np.float64) for i in (old, new)]
     away = np.abs(shrunk[0] - shrunk[1]).mean(axis=2)
-    assert away.mean() < 8.0 and np.quantile(away, 0.95) < 40.0, said
+    assert away.mean() < 5.0 and np.quantile(away, 0.95) < 25.0, said
