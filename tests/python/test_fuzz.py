@@ -88,6 +88,16 @@ def write_inputs(folder: Path) -> None:
     write_json = {
         "model": {"kind": "madelung", "f0": [0.6, 0.09, 0.001]},
         "major": {"kind": "major_curve", "breakpoints": [[0, 0], [10, 1], [40, 6]]},
+        "yang": {
+            "kind": "yang2015",
+            "thresholds_V": [0.0, 10.0],
+            "weights": [0.1, 0.05],
+            "a1": 1e-5,
+            "k": [1.0, -1e-3],
+            "c": [0.0, -0.01],
+            "m": [0.9],
+            "hz_max": 50.0,
+        },
     }
     for name, told in write_json.items():
         whole = {"schema": "madelung.model/1", "u_min_V": 0.0, "u_max_V": 40.0, **told}
@@ -198,11 +208,19 @@ def input_path(rng: random.Random, folder: Path, good: str) -> Path:
 
 
 RECORDS = ["r.csv", "r.csv", "r.mat", "plain.mat", "hdf.mat", "r.h5", "r.mf4", "r.tdms"]
-FILES = {*RECORDS, "model.json", "major.json", "stage.json", "diagnosis.json", "sealed.json"}
+FILES = {
+    *RECORDS,
+    "model.json",
+    "major.json",
+    "yang.json",
+    "stage.json",
+    "diagnosis.json",
+    "sealed.json",
+}
 GOOD = {
     "record": RECORDS,
     "records": RECORDS,
-    "model": ["model.json", "major.json"],
+    "model": ["model.json", "major.json", "yang.json"],
     "stage": ["stage.json"],
     "from_diagnosis": ["diagnosis.json"],
     "sealed": ["sealed.json"],
