@@ -165,12 +165,11 @@ MDL_INLINE void record(mdl_traj *traj, uint16_t down)
 {
     mdl_tp_stack *from = down ? &traj->right : &traj->left;
     mdl_tp *end = from->end;
-    mdl_real_bits x = traj->last.x;
-    end->y_um = traj->last.y_um;
-    end->x = x;
-    from->limit = x.bits;
     from->end = end + 1;
+    from->limit = traj->last.x.bits;
     traj->falling = down;
+    end->x.bits = from->limit;
+    end->y_um = traj->last.y_um;
 }
 
 static void keep_pairs(mdl_traj *traj, uint_fast16_t pairs, uint16_t falling)
@@ -411,9 +410,19 @@ static mdl_status turn_down(mdl_traj *traj, mdl_real x, mdl_real *y_um)
     return traj->fall(traj, x, y_um);
 }
 
+/* The same input again. */
+static mdl_status stay(mdl_traj *traj, mdl_real x, mdl_real *y_um)
+{
+    if (traj->open_end == 0) {
+        return outer_step(traj, x, y_um);
+    }
+    *y_um = traj->last.y_um;
+    return MDL_OK;
+}
+
 mdl_status mdl_traj_step(mdl_traj *traj, mdl_real x_volts, mdl_real *y_um)
 {
-    mdl_traj_part *next = outer_step; /* for the same input again */
+    mdl_traj_part *next = stay;
     mdl_key x = mdl_bits(x_volts);
     mdl_key last = traj->last.x.bits;
     if (x > last) {
