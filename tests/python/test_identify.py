@@ -1,6 +1,7 @@
 """Identification: f0 from loops, its degree, its uncertainty, and what is warned of."""
 
 import json
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -194,6 +195,10 @@ def test_faults_of_the_record_are_warned_of() -> None:
     assert lagging.y is not None
     lagging.y[20:] = lagging.y[:-20]
     assert "f0 runs back" in " ".join(identify([lagging], 7).warnings)
+    reversed_ = measured(triangle(3))
+    assert reversed_.y is not None
+    mirrored = replace(reversed_, y=-reversed_.y)
+    assert "sign reversed" in " ".join(identify([mirrored], 3).warnings)
 
 
 def refused(records: list[Record], match: str, **options: float | int) -> None:
@@ -264,6 +269,7 @@ def test_command_refuses_and_leaves_nothing(tmp_path: Path) -> None:
         ((record, "-o", out, "--degree", "-1"), "--degree is '-1'"),
         ((record, "-o", out, "--model", "yang2015"), "2 whole cycles: record 4 or more"),
         ((record, "-o", out, "--from", 5, "--to", 2), "must be after"),
+        ((record, "-o", out, "--from", "nan"), "--from is not a number"),
         ((record, "-o", out, "--plot", tmp_path / "p.gif"), "PNG"),
         ((record, "-o", out, "--html", tmp_path / "p.txt"), "HTML"),
         ((record, "-o", tmp_path / "none" / "m.json"), "cannot be written"),

@@ -100,6 +100,8 @@ def test_steps_rise_in_the_time_given() -> None:
         {"seconds": 1e6, "rate_hz": 1e5},
         {"rise_s": 1.0},
         {"turns": 0},
+        {"hz": 101.0},
+        {"waveform": "decaying", "hz": 101.0},
         {"waveform": "multisine", "band_hz": (0.5, 200.0)},
         {"waveform": "multisine", "band_hz": (0.51, 0.52)},
         {"waveform": "sines", "lines_hz": ()},

@@ -504,6 +504,8 @@ def _check_symmetry(asymmetry: Floats, spread: Floats, stroke: float, unit: str)
 def _check_curve(model: Model, stroke: float) -> Iterator[str]:
     x = np.linspace(0.0, model.range_V, 201)
     y = Polynomial(model.f0)(x)
+    if y[-1] < y[0]:
+        yield "the displacement falls as the voltage rises: is the sensor's sign reversed?"
     against = -np.diff(y) * np.sign(y[-1] - y[0])
     if against.max() > 1e-6 * stroke:
         i = int(np.argmax(against))

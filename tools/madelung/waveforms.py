@@ -44,6 +44,10 @@ class Waveform(StrEnum):
     WALK = "walk"
 
 
+_CYCLIC = (Waveform.TRIANGLE, Waveform.SINE, Waveform.DECAYING, Waveform.ROUNDED)
+"""Those whose cycles per second are ``hz``."""
+
+
 @dataclass(frozen=True)
 class Command:
     """A command voltage over time.
@@ -113,6 +117,11 @@ class Command:
             raise InputError(
                 f"{self.seconds:g} s at {self.rate_hz:g} Hz are {samples:.0f} samples: "
                 f"2 to {SAMPLES_MAX} are possible"
+            )
+        if self.waveform in _CYCLIC and self.hz > self.rate_hz / 2:
+            raise InputError(
+                f"{self.hz:g} cycles per s cannot be told at {self.rate_hz:g} samples per s: "
+                f"lower --hz to at most {self.rate_hz / 2:g} or raise --rate"
             )
         if not 0.0 <= self.rise_s <= self.dwell_s:
             raise InputError(f"rise_s is {self.rise_s:g}: it must lie between 0 and dwell_s")

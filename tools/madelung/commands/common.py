@@ -34,6 +34,9 @@ def window(from_s: float | None, to_s: float | None) -> tuple[float, float]:
     """The options --from and --to, s; without them all of time."""
     first = -float("inf") if from_s is None else from_s
     last = float("inf") if to_s is None else to_s
+    for option, value in (("--from", first), ("--to", last)):
+        if value != value:
+            raise InputError(f"{option} is not a number: give seconds of the record's time")
     if not last > first:
         raise InputError(f"--to ({last:g} s) must be after --from ({first:g} s)")
     return first, last

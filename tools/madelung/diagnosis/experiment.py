@@ -27,7 +27,10 @@ def next_experiment(verdict: Verdict, s: Scales) -> dict[str, Any] | None:
     if verdict.status == "ambiguous" and names and names <= _SLOW | {"gain_offset"}:
         return _steps(s, f"steps, then rest: {_list(names)} differ in what follows a step")
     if verdict.status == "ambiguous" and names & _STATIC and not names & _DYNAMIC:
-        return _loops(s, f"falling loops over all levels: {_list(names)} differ in minor loops")
+        return _loops(
+            s,
+            f"nested loops of shrinking swing: {_list(names)} act differently on small swings",
+        )
     why = {
         "ambiguous": f"phase and gain over frequency tell {_list(names)} apart",
         "no_gap": "fast excitation: this campaign could not have seen what acts at high rates",
