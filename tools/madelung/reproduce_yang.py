@@ -148,7 +148,7 @@ class YangReproduction:
         By frequency in Hz, by model.
     triangles
         By frequency in Hz: ``clamped``, ``literal`` (the polynomials as they are), ``sine`` (as if
-        it were one) and `LINEAR`.
+        it were one), both rivals and `LINEAR`.
     multisine
         ``rate-independent``, ``proposed`` and `LINEAR`.
     path
@@ -182,7 +182,7 @@ def reproduce_yang() -> YangReproduction:
         for hz, s in zip(SINES_HZ, sines, strict=True)
     }
     path = fit_linear(sines)
-    triangles = {hz: _triangle(yang, path, hz) for hz in TRIANGLES}
+    triangles = {hz: _triangle(yang, dynamic, path, hz) for hz in TRIANGLES}
     multisine = _multisine(yang, path)
     rows = [
         *_tables(),
@@ -320,13 +320,15 @@ def _linear(path: SignalPath, record: Record, rows: NDArray[np.intp]) -> Scored:
     return Scored(record, rows, runner.run(path, record.u_V, record.step_s))
 
 
-def _triangle(yang: Yang, path: SignalPath, hz: float) -> By:
+def _triangle(yang: Yang, dynamic: Yang, path: SignalPath, hz: float) -> By:
     record = stage_record(hz, Waveform.TRIANGLE)
     rows = np.flatnonzero(record.t_s >= SETTLE_S)
     models = {
         "clamped": yang.but(harmonics=M),
         "literal": yang.but(harmonics=M, hz_max=LITERAL_HZ, hz=hz, amplitude_V=AMPLITUDE_V),
         "sine": yang,
+        NAMES[0]: yang.rate_independent,
+        NAMES[1]: dynamic,
     }
     scored = {name: _score(model, record, rows) for name, model in models.items()}
     return scored | {LINEAR: _linear(path, record, rows)}
@@ -628,6 +630,17 @@ def _fig_8(sines: dict[float, By]) -> list[Row]:
             None,
             f"{_OWN}; frequency and amplitude are found on line",
         ),
+        *(
+            Row(
+                "Fig. 7",
+                f"all three models at {f:g} Hz, e_max / e_rms",
+                "drawn only",
+                "; ".join(f"{name} {_percent(sines[f][name].error)}" for name in NAMES),
+                None,
+                _OWN,
+            )
+            for f in LOOPS_HZ
+        ),
         Row(
             where,
             "errors of the rate-independent model over f",
@@ -673,6 +686,18 @@ def _fig_9(triangles: dict[float, By]) -> list[Row]:
             f"{_OWN}; m = m(f0), Q = 2 pi f0 A, which the paper leaves open",
         )
         for hz, paper in TRIANGLES.items()
+    ]
+    rows += [
+        Row(
+            "Fig. 9",
+            f"triangle of {hz:g} Hz, e_max / e_rms of all three models",
+            "no number for the others",
+            f"{NAMES[0]} {_percent(by[NAMES[0]].error)}; {NAMES[1]} "
+            f"{_percent(by[NAMES[1]].error)}; {NAMES[2]} {_percent(by['clamped'].error)}",
+            None,
+            "proposed: held at 1500 Hz",
+        )
+        for hz, by in triangles.items()
     ]
     worse = triangles[500.0]["clamped"].error[0] > triangles[250.0]["clamped"].error[0]
     gain = {hz: by["sine"].error[1] / by["clamped"].error[1] for hz, by in triangles.items()}
