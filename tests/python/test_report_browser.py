@@ -1,8 +1,9 @@
 """The report in a real browser: Debian's chromium and chromium-driver, without a screen.
 
-Screenshots are compared with tests/python/report_*.png, a quarter of their size, coarsely: a
-layout that breaks is told, a font that draws differently is not. To renew one, look at the new
-picture that the failing test names, and copy it there.
+tests/python/report_*.png are screenshots, a quarter of their size, that somebody has looked at;
+the .json beside them is where everything stands. Both are compared coarsely: a layout that breaks
+or a figure that is empty is told, a font that draws differently is not. To renew them, look at the
+new picture that the failing test names.
 """
 
 import base64
@@ -99,6 +100,16 @@ class Browser:
     def complaints(self) -> list[str]:
         """What stands in the console."""
         return [str(entry["message"]) for entry in self.driver.get_log("browser")]
+
+    def boxes(self) -> list[list[Any]]:
+        """Left, top, width and height, px, of what the page consists of."""
+        return self.do(
+            "return [...document.querySelectorAll('header, .answer, .facts section, h2, .plot,"
+            " .scroll')].map(e => [e.id || e.textContent.trim().split('\\n')[0].slice(0, 30), e])"
+            ".map(([name, e]) => [name, e.getBoundingClientRect()])"
+            ".map(([name, r]) => [name, r.x, r.y + scrollY, r.width, r.height])"
+            ".map(([name, ...numbers]) => [name, ...numbers.map(Math.round)])"
+        )
 
     def picture(self) -> Image.Image:
         """The page from its top, all of its length, a quarter as large."""
@@ -296,6 +307,12 @@ def test_a_diagnosis_as_the_command_writes_it(
     assert browser.do("return document.documentElement.scrollWidth") <= LAPTOP[0]
 
 
+def ink(picture: Image.Image, x: float, y: float, width: float, height: float) -> float:
+    """How much a part of a quarter-size picture differs from one colour."""
+    part = picture.crop(tuple(int(v / 4) for v in (x, y, x + width, y + height)))
+    return float(np.asarray(part, np.float64).std()) + 1.0
+
+
 @pytest.mark.parametrize(
     ("name", "size", "scheme", "kind"),
     [
@@ -317,14 +334,19 @@ def test_looks_as_it_did(
     browser.open(pages("ambiguous"), size, scheme)
     browser.medium(size, scheme, kind)
     time.sleep(0.5)  # the figures follow the width after a tenth of a second
-    new = browser.picture()
-    new.quantize(64).save(tmp_path / f"report_{name}.png", optimize=True)
-    kept = Path(__file__).parent / f"report_{name}.png"
-    assert kept.exists(), f"look at {tmp_path}/report_{name}.png and copy it to {kept}"
-    old = Image.open(kept).convert("RGB")
-    said = f"compare {tmp_path}/report_{name}.png with {kept}"
-    assert new.width == old.width and new.height == pytest.approx(old.height, rel=0.05), said
-    blocks = (old.width // 8, old.height // 8)
-    shrunk = [np.asarray(i.resize(blocks, Image.Resampling.BOX), np.float64) for i in (old, new)]
-    away = np.abs(shrunk[0] - shrunk[1]).mean(axis=2)
-    assert away.mean() < 5.0 and np.quantile(away, 0.95) < 25.0, said
+    boxes, picture = browser.boxes(), browser.picture()
+    shown = Path(__file__).parent / f"report_{name}.png"
+    layout = shown.with_suffix(".json")
+    picture.quantize(64).save(tmp_path / shown.name, optimize=True)
+    (tmp_path / layout.name).write_text(json.dumps(boxes))
+    said = (
+        f"look at {tmp_path / shown.name}; if it is good, copy it and its .json to {shown.parent}"
+    )
+    assert shown.exists() and layout.exists(), said
+    kept, before = Image.open(shown).convert("RGB"), json.loads(layout.read_text())
+    assert [b[0] for b in boxes] == [b[0] for b in before], said
+    for (what, x, y, width, height), (_, *old) in zip(boxes, before, strict=True):
+        assert [x, width] == pytest.approx([old[0], old[2]], abs=0.03 * size[0]), (what, said)
+        assert y == pytest.approx(old[1], rel=0.1, abs=40), (what, said)
+        assert height == pytest.approx(old[3], rel=0.3, abs=25), (what, said)
+        assert 0.5 < ink(picture, x, y, width, height) / ink(kept, *old) < 2.0, (what, said)
