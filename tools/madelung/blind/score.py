@@ -88,7 +88,7 @@ def score(labels: Mapping[str, Any], answers: Mapping[str, Any]) -> dict[str, An
             "effect": _by([r for r in plain if len(r["effects"]) == 1], lambda r: r["effects"]),
             "law": _by([r for r in rows if len(r["law"]) == 1], lambda r: r["law"]),
             "noise": _by(plain, lambda r: r["colour"]),
-            "false alarms by noise": _by(
+            "nothing to find, by noise": _by(
                 [r for r in plain if r["truth"] == NOTHING], lambda r: r["colour"]
             ),
             "excitation in training": _by(plain, lambda r: r["waveforms"]),
