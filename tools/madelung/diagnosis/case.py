@@ -301,7 +301,7 @@ def _on_grid(path: Path, record: Record, role: Role, running: bool) -> Trace:
     u, doubtful = _bridged(rows[first], record.u_V[first])
     use = np.zeros(size, np.bool_)
     use[rows[sound]] = True
-    warm_up = min(warm_up_rows(u, ENDS_SHARE), u.size // 2) if running else 0
+    warm_up = min(warm_up_rows(u, ENDS_SHARE), u.size - ROWS_MIN) if running else 0
     use &= (grid >= warm_up) & ~doubtful
     if use.sum() < ROWS_MIN and role == "identify":
         raise InputError(f"{path}: too many rows are missing to know the turns of the command")
