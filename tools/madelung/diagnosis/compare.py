@@ -103,7 +103,7 @@ def write_comparison(path: Path, outs: Sequence[Path]) -> list[Compared]:
     """
     if path.suffix.lower() not in (".html", ".htm"):
         raise InputError(f"{path}: pages are HTML: give a name that ends in .html")
-    names = [out.resolve().name for out in outs]
+    names = [Path(os.path.realpath(out)).name for out in outs]
     told = [n if names.count(n) == 1 else str(out) for n, out in zip(names, outs, strict=True)]
     compared = [_read(out, name, path.parent) for out, name in zip(outs, told, strict=True)]
     longest = max(max(c.before_um, c.after_um or 0.0, c.floor_um) for c in compared)
