@@ -68,7 +68,12 @@ def test_all_effects_come_back_from_a_file(tmp_path: Path) -> None:
         "yang",  # a kind of model of its own
     ]
     model = augmented_model(
-        FULL, 140.0, {"creep": "ladder"}, 77.0, not_in_firmware=[SKEW], extra={"source": "case"}
+        FULL,
+        140.0,
+        {"creep": "ladder"},
+        {"start_peak_V": 77.0},
+        not_in_firmware=[SKEW],
+        extra={"source": "case"},
     )
     model.save(tmp_path / "model.json")
     loaded = load_model(tmp_path / "model.json")
@@ -174,7 +179,7 @@ def test_predict_runs_every_block(precision: Any, tmp_path: Path) -> None:
 def test_predict_starts_from_the_history(tmp_path: Path) -> None:
     u = command() + 10.0
     table = pd.DataFrame({"t_s": np.arange(u.size) * STEP_S, "u_V": u})
-    out = predict(augmented_model(PATH, 140.0, start_peak_V=139.0), table, tmp_path)
+    out = predict(augmented_model(PATH, 140.0, start={"start_peak_V": 139.0}), table, tmp_path)
     expected = Runner(-20.0, 160.0, "float32").run(PATH, u, STEP_S, [139.0])
     np.testing.assert_allclose(out["predicted_um"], expected, rtol=0, atol=1e-6)
     fresh = predict(augmented_model(PATH, 140.0), table, tmp_path)

@@ -184,7 +184,11 @@ def test_a_delay_of_fine_steps_is_kept_in_whole_ones_where_those_fit(tmp_path: P
 def test_what_no_firmware_can_run_stands_as_a_comment(tmp_path: Path) -> None:
     drift = Block("drift", "linear */ x", {"drift_um_per_s": 0.0123})
     model = augmented_model(
-        PATH, 130.0, {"initial_state": "unknown peak"}, 77.5, not_in_firmware=[drift]
+        PATH,
+        130.0,
+        {"initial_state": "unknown peak"},
+        {"start_peak_V": 77.5},
+        not_in_firmware=[drift],
     )
     comment, code = exported(model, tmp_path).split("#include", 1)
     assert "initial_state, unknown peak: start_peak_V = 77.5" in comment

@@ -66,7 +66,10 @@ _FLAT = {
         "velocity_tau_s": _Range(0.0, 1e3, 0.0),
     },
     "non_masing": _terms((2, 4)),
-    "initial_state": {"start_peak_V": _Range(*_ANY)},
+    "initial_state": {
+        "start_peak_V": _Range(*_ANY),
+        "start_dip_V": _Range(-UNLIMITED_V, UNLIMITED_V, UNLIMITED_V),
+    },
     "backlash": {"dead_band_um": _Range(0.0, 1e6)},
     "gain_offset": {"gain": _Range(*_ANY, 1.0), "offset_um": _Range(*_ANY, 0.0)},
 }

@@ -288,7 +288,7 @@ def augmented_model(
     path: SignalPath,
     u_max_V: float,
     models: Mapping[str, str] | None = None,
-    start_peak_V: float | None = None,
+    start: Mapping[str, float] | None = None,
     not_in_firmware: Sequence[Block] = (),
     extra: Mapping[str, Any] | None = None,
 ) -> Model:
@@ -298,8 +298,9 @@ def augmented_model(
     ----------
     models
         By effect: the name of its physical model.
-    start_peak_V
-        Of initial_state: the voltage that the records' history has been to.
+    start
+        Parameters of initial_state: ``start_peak_V``, which the records' history has been to, and
+        ``start_dip_V``, to which it then went back, if it did.
     not_in_firmware
         Effects that no open-loop predictor can run.
     extra
@@ -311,9 +312,11 @@ def augmented_model(
         A parameter is not finite or out of its range.
     """
     blocks = path_to_blocks(path, models)
-    if start_peak_V is not None:
+    if start is not None:
         name = (models or {}).get("initial_state", "")
-        blocks += (Block("initial_state", name, {"start_peak_V": float(start_peak_V)}),)
+        blocks += blocks_from_json(
+            [{"effect": "initial_state", "model": name, "parameters": dict(start)}]
+        )
     return Model(
         "augmented",
         path.u_min_V,
@@ -343,7 +346,8 @@ def predictor(model: Model, precision: Precision, step_s: float, start_V: float)
     made = Predictor(model, precision, discretise(path_of(model), step_s))
     for block in model.blocks:
         if block.effect == "initial_state":
-            made.lead([max(block.parameters["start_peak_V"], start_V)])
+            p = block.parameters
+            made.lead([max(p["start_peak_V"], start_V), min(p["start_dip_V"], start_V)])
     return made
 
 

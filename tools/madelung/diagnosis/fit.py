@@ -23,6 +23,7 @@ from madelung.path import Runner, SignalPath
 Array = NDArray[np.float64]
 FINITE_STEP = 1e-3
 ITERATIONS = 12
+RESAMPLE_STEPS = 4
 COST_TOLERANCE = 0.05
 EXCESS_TOLERANCE = 1e-4
 """A fit ends when the cost falls by less than the first, or by this share of its excess."""
@@ -115,11 +116,25 @@ class Problem:
     def displacement(
         self, forms: Sequence[Form], values: dict[str, float], path: SignalPath
     ) -> list[Array]:
-        """Behind the signal path, by record, um; sensor forms do not act."""
+        """Behind the signal path, by record, um; sensor forms do not act, but for resampling."""
         past = [f for f in forms if f.history is not None]
-        return [
-            self.runner.run(path, t.u_V, t.step_s, _history(past, t, values)) for t in self.traces
-        ]
+        places = [f.resample for f in forms if f.resample is not None]
+        out = []
+        for t in self.traces:
+            history = _history(past, t, values)
+            if places and t.role != "identify":
+                out.append(self._resampled(path, t, history, places[0](t, values)))
+            else:
+                out.append(self.runner.run(path, t.u_V, t.step_s, history))
+        return out
+
+    def _resampled(self, path: SignalPath, trace: Trace, history: Array, places: Array) -> Array:
+        """The displacement at fractional samples, from a run in finer steps."""
+        n = trace.u_V.size
+        fine = np.arange((n - 1) * RESAMPLE_STEPS + 1) / RESAMPLE_STEPS
+        u = np.interp(fine, np.arange(n), trace.u_V)
+        y = self.runner.run(path, u, trace.step_s / RESAMPLE_STEPS, history)
+        return np.interp(places, fine, y)
 
     def measured(
         self, forms: Sequence[Form], values: dict[str, float], displaced: list[Array]

@@ -56,6 +56,7 @@ Starts = Callable[[Scales], list[dict[str, float]]]
 Apply = Callable[[SignalPath, Values], SignalPath]
 Measure = Callable[[Array, Trace, Values], Array]
 History = Callable[[Trace, Values], Array]
+Resample = Callable[[Trace, Values], Array]
 
 
 @dataclass(frozen=True)
@@ -63,9 +64,10 @@ class Form:
     """One physical model of one effect.
 
     ``path`` changes the signal path, ``measure`` the displacement behind it, ``history`` gives
-    voltages before a record; exactly one of them is set. ``linear``: the displacement is linear
-    in the parameters, so that one start serves. ``priors`` are rows (weights by key) of weak
-    expectations that regularise what the data cannot excite.
+    voltages before a record, ``resample`` the samples' true places, (n,) in sample times, for a
+    command that is linear between samples; exactly one of them is set. ``linear``: the
+    displacement is linear in the parameters, so that one start serves. ``priors`` are rows
+    (weights by key) of weak expectations that regularise what the data cannot excite.
     """
 
     effect: str
@@ -75,6 +77,7 @@ class Form:
     path: Apply | None = None
     measure: Measure | None = None
     history: History | None = None
+    resample: Resample | None = None
     linear: bool = False
     priors: tuple[dict[str, float], ...] = field(default=())
     refines: bool = False
@@ -213,6 +216,7 @@ def _hysteresis_forms(s: Scales) -> list[Form]:
 
     damping = Param("damping_um", -0.2 * s.stroke_um, 0.2 * s.stroke_um, scale=s.stroke_um)
     widening = Param("widening", -0.9, 5.0)
+    dip = Param("start_dip_V", s.u_min_V, s.u_min_V + s.range_V, scale=s.range_V)
     peak = Param("start_peak_V", s.u_min_V, s.u_min_V + s.range_V, scale=s.range_V)
     return [
         _shape_form("asymmetry", "memoryless", ((1, 1), (1, 3), (3, 1)), s),
@@ -248,6 +252,19 @@ def _hysteresis_forms(s: Scales) -> list[Form]:
                 for d in (0.05, 0.15, 0.3, 0.5, 0.7, 0.9, 1.0)
             ],
             history=lambda trace, v: np.array([max(v["start_peak_V"], trace.u_V[0])]),
+        ),
+        Form(
+            "initial_state",
+            "unknown peak, then a dip",
+            (peak, dip),
+            lambda _: [
+                {"start_dip_V": s.u_min_V + d * (s.start_max_V - s.u_min_V)}
+                for d in (0.05, 0.3, 0.6, 0.9)
+            ],
+            history=lambda trace, v: np.array(
+                [max(v["start_peak_V"], trace.u_V[0]), min(v["start_dip_V"], trace.u_V[0])]
+            ),
+            refines=True,
         ),
     ]
 
@@ -302,9 +319,8 @@ def _mechanics_forms(s: Scales) -> list[Form]:
             "resonance",
             "one mode, part of the displacement",
             mode(1, True),
-            lambda _: [{"share1": 0.99}],
+            lambda _: [g | {"share1": 1.0} for g in grid[::3]],
             path=modes(1),
-            refines=True,
         ),
         Form(
             "resonance",
@@ -349,10 +365,9 @@ def _sensor_forms(s: Scales) -> list[Form]:
         moved: Array = y + v["drift_um_per_s"] * t - v["settle_um"] * np.expm1(-t / v["settle_s"])
         return moved
 
-    def skewed(y: Array, trace: Trace, v: Values) -> Array:
-        # The rate error is small: the shift of a sample is skew * t, taken along the slope.
-        n = np.arange(y.size, dtype=np.float64) * (1 + v["skew_ppm"] * 1e-6)
-        return cubic(y, n)
+    def places(trace: Trace, v: Values) -> Array:
+        n: Array = np.arange(trace.u_V.size, dtype=np.float64)
+        return n * (1 + v["skew_ppm"] * 1e-6)
 
     return [
         Form(
@@ -379,10 +394,18 @@ def _sensor_forms(s: Scales) -> list[Form]:
         ),
         Form(
             "clock_skew",
-            "clock skew",
+            "smooth command",
             skew,
             _null_start(skew),
-            measure=_later(skewed),
+            measure=_later(lambda y, trace, v: cubic(y, places(trace, v))),
+            linear=True,
+        ),
+        Form(
+            "clock_skew",
+            "command linear between samples",
+            skew,
+            _null_start(skew),
+            resample=places,
             linear=True,
         ),
     ]

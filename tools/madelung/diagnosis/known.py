@@ -69,10 +69,13 @@ def monitored(case: Case, problem: Problem, jobs: int) -> tuple[list[Form], dict
     white = max(float(np.median(np.abs(rest))) / 0.6745 / np.sqrt(6), 1e-6 * problem.scales.range_V)
     scales = replace(problem.scales, stroke_um=problem.scales.range_V)
     volts = Problem(traces, Noise(white, 0.0, 1.0, rest.size, True), scales, 1)
-    free = [f for f in forms(scales) if f.effect in MONITORED and f.effect not in case.exclude]
+    # The monitor may be sampled by the sensor's clock, which need not be the command's.
+    tried = {*MONITORED, "clock_skew"} - set(case.exclude)
+    free = [f for f in forms(scales) if f.effect in tried]
     start = volts.fit((), {}, np.array([case.u_min_V, case.range_V / 2]))
     best = Engine(volts, free, jobs, lambda _: None).search(start).best
-    return list(best.forms), best.values
+    settled = [f for f in best.forms if f.effect in MONITORED]
+    return settled, {p.key: best.values[p.key] for f in settled for p in f.params}
 
 
 def _as_displacement(trace: Trace) -> Trace:

@@ -116,7 +116,7 @@ def _augmented(found: Diagnosis, ends: tuple[float, float]) -> Model:
     }
     path = path.but(**beside.pop("gain_offset", {}))
     names = {f.effect: f.name for f in best.forms}
-    start = beside.pop("initial_state", {}).get("start_peak_V")
+    start = beside.pop("initial_state", None)
     kept = [Block(effect, names[effect], values) for effect, values in beside.items()]
     return augmented_model(path, ends[1], names, start, kept)
 

@@ -226,7 +226,8 @@ class Engine:
             names = " + ".join(sorted(parent.effects)) or "f0 alone"
             self.progress(f"adding an effect to {names}")
             full = self.problem.fit(parent.forms, parent.values, parent.beta, iterations=2)
-            seen = set(found)
+            # A child that is no better than this parent was not fitted well from another one.
+            seen = {key for key, fit in found.items() if fit.cost < parent.cost}
             for fit in self._children(full, seen):
                 key = fit.effects
                 if key not in found or self.score(fit) < self.score(found[key]):
