@@ -26,6 +26,8 @@ ENDS_SHARE = 0.002
 """A running record has been at an end when this share of its swing is left."""
 GRID_GAP_MAX = 0.5
 """A record that misses more than this share of its rows is refused."""
+SLOPE_ROWS = 4
+"""Over so many rows the slope before and behind a gap is taken."""
 BRIDGE_SHARE = 0.004
 """A gap can be bridged when the command is then wrong by less than this share of its swing."""
 
@@ -359,12 +361,17 @@ def _bridged(rows: Rows, u_V: Array) -> tuple[Array, NDArray[np.bool_]]:
 
 def _kinked(rows: Rows, u_V: Array, grid: Rows, straight: Array) -> Array:
     """Gaps bridged by going on along the lines at both sides to where they meet."""
-    slope = np.diff(u_V) / np.diff(rows)
-    left = np.searchsorted(rows, grid, side="right") - 1
-    left = np.minimum(left, rows.size - 2)
-    before, behind = slope[np.maximum(left - 1, 0)], slope[np.minimum(left + 1, slope.size - 1)]
-    a = u_V[left] + before * (grid - rows[left])
-    b = u_V[left + 1] - behind * (rows[left + 1] - grid)
+    left = np.minimum(np.searchsorted(rows, grid, side="right") - 1, rows.size - 2)
+    right = left + 1
+
+    def line(at: Rows, other: Rows) -> Array:
+        """Through two known rows each, at the grid; flat at the record's ends."""
+        slope = (u_V[at] - u_V[other]) / np.where(at == other, 1, rows[at] - rows[other])
+        out: Array = u_V[at] + slope * (grid - rows[at])
+        return out
+
+    a = line(left, np.maximum(left - SLOPE_ROWS, 0))
+    b = line(right, np.minimum(right + SLOPE_ROWS, rows.size - 1))
     return np.where(np.isin(grid, rows), straight, _meeting(a, b, straight))
 
 
@@ -384,16 +391,18 @@ def _first(where: NDArray[np.bool_]) -> int:
 def _bridge_error(u: Array, gap: int, kind: str) -> float:
     """Rms error in the middle of a gap of so many rows, where nothing is missing, V."""
     h = (gap + 2) // 2
-    n = u.size - 2 * h - 2
+    m = SLOPE_ROWS if kind == "kinked" else 1
+    n = u.size - 2 * h - 2 * m
     if n < 1:
         return float(np.ptp(u))
-    first, second, third, fourth = (u[k : k + n] for k in (0, 1, 2 * h + 1, 2 * h + 2))
+    first, second, third, fourth = (u[k : k + n] for k in (0, m, 2 * h + m, 2 * h + 2 * m))
     guess = (second + third) / 2
     if kind == "smooth":
         guess = guess + h * h / (4 * h + 2) * (second + third - first - fourth)
     if kind == "kinked":
-        guess = _meeting(second + h * (second - first), third + h * (third - fourth), guess)
-    return float(np.sqrt(np.mean((u[h + 1 : h + 1 + n] - guess) ** 2)))
+        on, back = (second - first) * h / m, (third - fourth) * h / m
+        guess = _meeting(second + on, third + back, guess)
+    return float(np.sqrt(np.mean((u[h + m : h + m + n] - guess) ** 2)))
 
 
 def _faults(trace: Trace) -> list[dict[str, Any]]:

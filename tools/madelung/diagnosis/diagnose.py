@@ -135,6 +135,8 @@ def diagnose(case: Case, options: Options, progress: Progress = lambda _: None) 
             "white_um": noise.white_um,
             "coloured_um": noise.coloured_um,
             "correlation_s": noise.tau_s,
+            "slow_um": noise.slow_um,
+            "slow_correlation_s": noise.slow_tau_s,
             "from_cycles": noise.known,
         },
     }
@@ -335,7 +337,7 @@ def _warnings(
     if options.check:
         said.append("checked only: no effect was fitted, the verdict says no more than that")
     if not noise.known:
-        said.append("identify.csv has no second cycle: the noise floor is a guess from neighbours")
+        said.append("identify.csv repeats no cycle: the noise floor is a guess")
     if case.set_aside:
         said.append(f"no hold-out folder: {', '.join(case.set_aside)} set aside as hold-out")
     if not case.holdout:
