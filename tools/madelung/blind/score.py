@@ -238,7 +238,8 @@ def _shrink_of(label: Mapping[str, Any], answer: Mapping[str, Any]) -> Row | Non
     if floor is None or not rms or not rms["rows"] or told.get("closable_closed") is None:
         return None
     before, after = rms["before_um"] ** 2, rms["after_um"] ** 2
-    if before - floor**2 < _CLOSABLE_MIN * floor**2 or "periodic_disturbance" in label["effects"]:
+    acting = [*label["effects"], *label.get("outside", [])]
+    if before - floor**2 < _CLOSABLE_MIN * floor**2 or "periodic_disturbance" in acting:
         return None
     true = (before - after) / (before - floor**2)
     ends = told.get("closable_closed_ci95") or (np.nan, np.nan)
