@@ -266,10 +266,30 @@ def test_check_fits_nothing(
     found = run(patch, folder / "creep", tmp_path / "out", "--check")
     assert found["ranking"] == [] and found["verdict"]["effects"] == []
     sizes = found["detectable"]
-    assert set(sizes) >= set(EFFECTS) - {"periodic_disturbance"}
+    assert set(sizes) == set(EFFECTS)
     for effect in ("delay", "backlash", "gain_offset", "clock_skew"):
         assert sizes[effect] > 0.0, effect
     assert sizes["backlash"] < 0.02 * STAGE.stroke_um
+
+
+def test_sizes_that_can_be_seen_do_not_depend_on_where_the_range_lies(
+    quiet: Path, tmp_path: Path
+) -> None:
+    below = replace(STAGE, u_min_V=-60.0, u_max_V=-20.0)
+    written(tmp_path / "case", stage=below, every=commands(below))
+    here, there = (content(c, check=True)["detectable"] for c in (quiet, tmp_path / "case"))
+    assert set(here) == set(EFFECTS)
+    for effect, size in here.items():
+        assert there[effect] == pytest.approx(size, rel=0.05), effect
+
+
+@pytest.mark.parametrize(("share", "named_effects"), [(0.4, set()), (2.5, {"backlash"})])
+def test_a_size_that_can_be_seen_is_seen(
+    share: float, named_effects: set[str], quiet: Path, tmp_path: Path
+) -> None:
+    size = content(quiet, check=True)["detectable"]["backlash"]
+    written(tmp_path / "case", effects={"backlash": {"dead_band_um": share * size}})
+    assert named(content(tmp_path / "case")) == named_effects
 
 
 def test_more_rows_make_smaller_effects_detectable(quiet: Path, tmp_path: Path) -> None:
@@ -355,6 +375,47 @@ def test_without_holdout_whole_records_are_set_aside(quiet: Path, tmp_path: Path
     assert found["shrink"]["set_aside"] == ["steps"]
     assert [r["name"] for r in found["shrink"]["records"]] == ["steps"]
     assert any("steps" in w for w in found["warnings"])
+
+
+# -- faults of the data -------------------------------------------------------------------------
+
+
+def lose(path: Path, share: float, burst: int, rng: np.random.Generator) -> None:
+    """Drop a share of a record's rows, so many in a row."""
+    frame = pd.read_csv(path)
+    kept = np.ones(len(frame), bool)
+    while kept.mean() > 1.0 - share:
+        at = int(rng.integers(1, len(frame) - burst))
+        kept[at : at + burst] = False
+    kept[-1] = True
+    frame[kept].to_csv(path, index=False)
+
+
+@pytest.mark.parametrize(("share", "burst"), [(0.05, 1), (0.2, 1), (0.4, 1), (0.05, 40), (0.2, 40)])
+@pytest.mark.parametrize("effect", [None, "gain_offset"])
+def test_missing_rows_change_no_verdict(
+    effect: str | None, share: float, burst: int, tmp_path: Path
+) -> None:
+    written(tmp_path / "case", *([effect] if effect else []))
+    rng = np.random.default_rng(5)
+    for path in sorted((tmp_path / "case").rglob("*.csv")):
+        lose(path, share, burst, rng)
+    found = content(tmp_path / "case")
+    assert named(found) == ({effect} if effect else set()), found["verdict"]
+    assert {f["kind"] for f in found["data_faults"]} == {"gap"}
+
+
+def test_duplicates_and_jitter_change_no_verdict(quiet: Path, tmp_path: Path) -> None:
+    case = copy(quiet, tmp_path)
+    rng = np.random.default_rng(5)
+    for path in sorted(case.rglob("*.csv")):
+        frame = pd.read_csv(path)
+        twice = np.sort(np.append(np.arange(len(frame)), rng.integers(len(frame), size=20)))
+        shaken = frame["t_s"] + rng.uniform(-0.2, 0.2, len(frame)) * frame["t_s"].diff().median()
+        frame.assign(t_s=shaken).iloc[twice].to_csv(path, index=False)
+    found = content(case)
+    assert found["verdict"]["status"] == "no_gap"
+    assert {f["kind"] for f in found["data_faults"]} == {"duplicate", "jitter"}
 
 
 # -- bad input ----------------------------------------------------------------------------------
