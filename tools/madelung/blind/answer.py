@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import logging
 import tempfile
 import time
 import warnings
@@ -190,6 +191,7 @@ def _client(workers: int, scheduler: str | None) -> Iterator[Any]:
             processes=True,
             memory_limit=None,
             dashboard_address=":0",
+            silence_logs=logging.ERROR,
         ) as cluster,
         Client(cluster) as client,
     ):
