@@ -12,16 +12,19 @@ from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
+from numpy.polynomial.polynomial import polyval
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import expm
 
 from madelung.blocks import UNLIMITED_V, Block, blocks_from_json
 from madelung.core import Chain, Core, Precision, Predictor
-from madelung.model import MARGIN_SHARE, Model
+from madelung.model import DEGREE_MAX, MARGIN_SHARE, Model
 from madelung.yang2015 import Yang, YangParams, discretise_yang
 
 Array = NDArray[np.float64]
 SHAPE_ORDER = 4
+TABLE_KNOTS = 255
+"""Of an f0 of high degree: what lies between them is straight to 1e-5 of the stroke."""
 SLEW_SUBSTEPS = 4
 MODE_SUBSTEPS = 2
 VELOCITY_SAMPLES = 0.5
@@ -365,18 +368,24 @@ class Runner(Core):
     def __init__(self, u_min_V: float, range_V: float, precision: Precision = "float64") -> None:
         super().__init__(precision)
         self._make_polynomial(u_min_V, range_V, MARGIN_SHARE * range_V, [0.0])
+        self._knots_V = np.linspace(0.0, range_V, TABLE_KNOTS)
 
     def run(
         self, path: SignalPath, u_V: ArrayLike, step_s: float, history_V: ArrayLike = ()
     ) -> Array:
         """Displacement in um, (n,), from rest; history_V is run through the hysteresis first.
 
+        An f0 of a degree above that of the core is run as a table, in float64 alone.
+
         In float64 a delay below one sample is interpolated between samples on both sides of the
         moment: one sample more is run, and the displacement shifted back by it. The firmware
         cannot look ahead, so float32 does not.
         """
         ahead = int(self._dtype == np.float64 and 0 < path.delay_s < step_s)
-        self._set_f0(path.f0)
+        if len(path.f0) - 1 > DEGREE_MAX:
+            self._set_table(self._knots_V, polyval(self._knots_V, path.f0))
+        else:
+            self._set_f0(path.f0)
         self._set_blocks(discretise(path.but(delay_s=path.delay_s + ahead * step_s), step_s))
         u_V = np.asarray(u_V)
         u = self._array(np.append(u_V, u_V[-1:]) if ahead else u_V)

@@ -28,13 +28,14 @@ from madelung.diagnosis.verdict import Verdict, detectable, judge, train_excess
 from madelung.diagnosis.vocabulary import EFFECTS, SIZES
 from madelung.diagnosis.where import Region, locate
 from madelung.diagnosis.which import Engine, Progress, Search
-from madelung.model import Model
+from madelung.model import DEGREE_MAX, Model
 
 Array = NDArray[np.float64]
 
 SCHEMA = "madelung.diagnosis/1"
-DEGREE_MAX = 7
 DEGREE_MIN = 3
+DEGREE_RICH = 13
+"""Of f0 in the search: a bend that the firmware's degrees cannot follow is no effect."""
 DEGREE_MORE = 2
 """Train records may show so much more of f0's bend than the slow loop did."""
 SEARCH_ROWS = 45_000
@@ -85,13 +86,17 @@ def diagnose(case: Case, options: Options, progress: Progress = lambda _: None) 
     noise = estimate_noise(case.identify)
     scales = _scales(case)
     progress("identifying the baseline")
-    alone = Problem([case.identify], noise, scales, DEGREE_MAX)
-    degree, start = _best_degree(alone)
+    alone = Problem([case.identify], noise, scales, DEGREE_RICH)
+    by_degree = _degrees(alone)
+    rich = min(by_degree, key=lambda d: by_degree[d][0])
     if options.model is not None:
-        degree = max(degree, len(options.model.f0) - 1)
-    degree = min(degree + DEGREE_MORE, DEGREE_MAX)
+        rich = max(rich, len(options.model.f0) - 1)
+    if rich <= DEGREE_MAX:
+        degree = min(rich + DEGREE_MORE, DEGREE_MAX)
+    else:
+        degree = min(rich + DEGREE_MORE, DEGREE_RICH)
     problem = Problem([case.identify, *case.train], noise, scales, degree)
-    baseline = _baseline(problem, options.model, start)
+    baseline = _baseline(problem, options.model, by_degree)
     gap = _train_gap(problem, baseline)
     good = _good_enough(gap, options)
     heads = problem.with_traces(_heads(problem.traces))
@@ -102,8 +107,9 @@ def diagnose(case: Case, options: Options, progress: Progress = lambda _: None) 
     elif options.check:
         verdict = replace(verdict, confidence=0.0)
     best = baseline if options.check or good else search.best
+    problem, flashed, best = _flashed(problem, baseline, best)
     progress("predicting the hold-out records")
-    predictions = _predictions(problem, case, baseline, best)
+    predictions = _predictions(problem, case, flashed, best)
     held = [p for p in predictions if p.trace.role == "holdout"]
     lines = [v for k, v in best.values.items() if k.startswith("freq")]
     regions = locate(
@@ -140,7 +146,7 @@ def diagnose(case: Case, options: Options, progress: Progress = lambda _: None) 
             "from_cycles": noise.known,
         },
     }
-    return Diagnosis(content, problem, noise, baseline, best, predictions, regions)
+    return Diagnosis(content, problem, noise, flashed, best, predictions, regions)
 
 
 # -- baseline and gap ---------------------------------------------------------------------------
@@ -160,8 +166,8 @@ def _scales(case: Case) -> Scales:
     )
 
 
-def _best_degree(problem: Problem) -> tuple[int, Array]:
-    """Degree of f0 by BIC on the slow loop, and the coefficients of all degrees' best."""
+def _degrees(problem: Problem) -> dict[int, tuple[float, Array]]:
+    """By degree of f0 on the slow loop: BIC and the coefficients."""
     start = np.zeros(problem.degree + 1)
     fit = problem.fit((), {}, start)
     gram = fit.jacobian @ fit.jacobian.T
@@ -172,15 +178,31 @@ def _best_degree(problem: Problem) -> tuple[int, Array]:
         beta = np.asarray(np.linalg.lstsq(gram[:n, :n], target[:n], rcond=1e-13)[0], np.float64)
         explained = 2 * beta @ target[:n] - beta @ gram[:n, :n] @ beta
         costs[degree] = (-explained + n * np.log(problem.rows), beta)
-    best = min(costs, key=lambda d: costs[d][0])
-    return best, costs[best][1]
+    return costs
 
 
-def _baseline(problem: Problem, model: Model | None, start: Array) -> Fit:
+def _baseline(
+    problem: Problem, model: Model | None, by_degree: dict[int, tuple[float, Array]]
+) -> Fit:
     """The predictor that is diagnosed, as a hypothesis without effects on all records."""
-    if model is None:
-        return problem.at(start)
-    return problem.at(problem.beta_of(model.f0))
+    if model is not None:
+        return problem.at(problem.beta_of(model.f0))
+    best = min((d for d in by_degree if d <= DEGREE_MAX), key=lambda d: by_degree[d][0])
+    return problem.at(by_degree[best][1])
+
+
+def _flashed(problem: Problem, baseline: Fit, best: Fit) -> tuple[Problem, Fit, Fit]:
+    """The same with an f0 of a degree that the firmware runs."""
+    if problem.degree <= DEGREE_MAX:
+        return problem, baseline, best
+    n = DEGREE_MAX + 1
+    small = Problem(problem.traces, problem.noise, problem.scales, DEGREE_MAX)
+    same = small.at(baseline.beta[:n])
+    return (
+        small,
+        same,
+        same if best is baseline else small.fit(best.forms, best.values, best.beta[:n]),
+    )
 
 
 def _train_gap(problem: Problem, baseline: Fit) -> dict[str, float]:
@@ -230,7 +252,8 @@ def _search(
         engine = Engine(problem, free, options.jobs, progress)
         null = problem.fit(base, values, baseline.beta)
         return engine, Search(null, null, {null.effects: null})
-    rough = Engine(heads, free, options.jobs, progress)
+    lines = "periodic_disturbance" not in barred
+    rough = Engine(heads, free, options.jobs, progress, lines)
     found = rough.search(heads.fit(base, values, baseline.beta))
     if heads.rows == problem.rows:
         return rough, found
@@ -243,7 +266,7 @@ def _on_all(
 ) -> tuple[Engine, Search]:
     """The search's result and its rivals, fitted to all rows; and further where these show more."""
     rough.progress("fitting to all rows")
-    engine = Engine(problem, rough.forms, rough.jobs, rough.progress)
+    engine = Engine(problem, rough.forms, rough.jobs, rough.progress, rough.lines)
     seen = heads.excess_per_row(found.best.residual)
     return engine, engine.resume(start, found, seen, rough.score)
 

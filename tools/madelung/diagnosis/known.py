@@ -73,7 +73,7 @@ def monitored(case: Case, problem: Problem, jobs: int) -> tuple[list[Form], dict
     tried = {*MONITORED, "clock_skew"} - set(case.exclude)
     free = [f for f in forms(scales) if f.effect in tried]
     start = volts.fit((), {}, np.array([case.u_min_V, case.range_V / 2]))
-    best = Engine(volts, free, jobs, lambda _: None).search(start).best
+    best = Engine(volts, free, jobs, lambda _: None, lines=False).search(start).best
     settled = [f for f in best.forms if f.effect in MONITORED]
     return settled, {p.key: best.values[p.key] for f in settled for p in f.params}
 

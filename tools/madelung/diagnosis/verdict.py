@@ -29,6 +29,7 @@ HOPELESS = 4000.0
 """Fall of the cost from which on the other hypothesis has no weight under any noise."""
 LINE_PERIODS = 3
 """Periods of a disturbance that a record must hold at least."""
+LARGER_SHARE = 0.05
 LEVEL_ERRORS = 3.0
 """Standard errors of the noise's level that a remainder may lie above it and be noise."""
 
@@ -118,7 +119,9 @@ def _posterior(engine: Engine, search: Search) -> dict[frozenset[str], float]:
     """Share of each set of effects among all tried.
 
     Gains count under the least favourable noise. One effect more is beforehand so unlikely that a
-    gain at the threshold of acceptance makes it even.
+    gain at the threshold of acceptance makes it even. Larger sets than the accepted one have not
+    been accepted, because what they explain is too small a part of the gap to tell from an error
+    of the models: together they keep a share of `LARGER_SHARE` at most.
     """
     best = search.best
     logs = {best.effects: 0.0}
@@ -133,8 +136,13 @@ def _posterior(engine: Engine, search: Search) -> dict[frozenset[str], float]:
         extra = len(fit.params) - len(best.params)
         price = GAIN_MIN * (len(fit.forms) - len(best.forms)) + GAIN_PER_PARAM * extra
         logs[key] = (gain - price) / 2
-    top = max(logs.values())
-    weights = {key: float(np.exp(v - top)) for key, v in logs.items()}
+    larger = {key for key in logs if len(key) > len(best.effects)}
+    top = max(v for key, v in logs.items() if key not in larger)
+    weights = {key: float(np.exp(min(v - top, 0.0))) for key, v in logs.items()}
+    kept = sum(w for key, w in weights.items() if key not in larger)
+    beyond = sum(weights[key] for key in larger)
+    shrunk = min(1.0, LARGER_SHARE * kept / max(beyond, 1e-300))
+    weights |= {key: shrunk * weights[key] for key in larger}
     whole = sum(weights.values())
     return {key: w / whole for key, w in weights.items()}
 

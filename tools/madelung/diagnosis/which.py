@@ -34,6 +34,8 @@ SCREEN_SHARE = 1e-3
 VISIBLE_SHARE = 0.03
 REMAINDER_SHARE = 0.2
 CLEAN_SHARE = 0.9
+CLEAN_VISIBLE = 5e-4
+"""An effect that removes nearly all that was unexplained may be so small a part of the gap."""
 BEAM = 3
 FRONT_RATIO = 20.0
 FITS_MAX = 9
@@ -48,6 +50,8 @@ RIVAL_PRICE = 200.0
 EXCHANGE_TRIES = 2
 EXCHANGE_SLACK = 0.3
 """A form that is this share of the excess worse after a few steps is not fitted to the end."""
+BENT = frozenset({"asymmetry", "non_masing"})
+"""Loops that are not symmetric bend minor loops too: one effect, not two (diagnose.md)."""
 LINE_SPREAD = 2.0
 """A line whose amplitude differs by more than this from the records' mean is no disturbance."""
 LINE_SEEN = 8.0
@@ -77,11 +81,23 @@ class Search:
 
 
 class Engine:
-    """Fits many hypotheses on a problem, side by side."""
+    """Fits many hypotheses on a problem, side by side.
+
+    Parameters
+    ----------
+    lines
+        Whether a periodic disturbance is looked for.
+    """
 
     def __init__(
-        self, problem: Problem, forms: Sequence[Form], jobs: int, progress: Progress
+        self,
+        problem: Problem,
+        forms: Sequence[Form],
+        jobs: int,
+        progress: Progress,
+        lines: bool = True,
     ) -> None:
+        self.lines = lines
         self.problem = problem
         self.forms = forms
         self.jobs = jobs
@@ -240,6 +256,7 @@ class Engine:
             for f in [*self.forms, *self._lines(parent)]
             if not f.refines
             and f.effect not in parent.effects
+            and not (f.effect in BENT and parent.effects & BENT)
             and parent.effects | {f.effect} not in seen
         ]
         probe = Probe(self.problem, parent)
@@ -296,6 +313,8 @@ class Engine:
         return [(gain, starts[i]) for gain, i in found[:keep] if gain > 0]
 
     def _lines(self, parent: Fit) -> list[Form]:
+        if not self.lines:
+            return []
         found = _peaks(self.problem, parent.residual)
         names = tuple(t.name for t in self.problem.traces if t.role != "identify")
         return [
@@ -318,7 +337,7 @@ class Engine:
         visible = float(max(np.max(removed / whole), removed.sum() / whole.sum()))
         rest = np.maximum(left, 0.0) + 25.0
         telling = float(max(np.max(removed / rest), removed.sum() / rest.sum()))
-        if telling > CLEAN_SHARE and visible > VISIBLE_SHARE / 3:
+        if telling > CLEAN_SHARE and visible > CLEAN_VISIBLE:
             return True
         return bool(visible > VISIBLE_SHARE and telling > REMAINDER_SHARE)
 
