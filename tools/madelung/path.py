@@ -159,12 +159,16 @@ def delay_coefficients(delay_s: float, step_s: float, smooth: bool = True) -> tu
     return whole, np.array(weights)
 
 
-def discretise(path: SignalPath, step_s: float) -> Chain:
-    """The blocks of a signal path for a sample time; what does nothing stays off."""
-    inner_s = step_s / path.substeps
+def discretise(path: SignalPath, step_s: float, substeps: int | None = None) -> Chain:
+    """The blocks of a signal path for a sample time; what does nothing stays off.
+
+    ``substeps`` is given where it is not to be the path's own.
+    """
+    n = substeps or path.substeps
+    inner_s = step_s / n
     limited = path.high_V < UNLIMITED_V or path.low_V > -UNLIMITED_V
     return Chain(
-        substeps=path.substeps,
+        substeps=n,
         shape=path.shape,
         saturation=(path.high_V, path.low_V, path.knee_V) if limited else None,
         slew_step_V=path.slew_V_per_s * inner_s if path.slew_V_per_s else None,
@@ -371,7 +375,12 @@ class Runner(Core):
         self._knots_V = np.linspace(0.0, range_V, TABLE_KNOTS)
 
     def run(
-        self, path: SignalPath, u_V: ArrayLike, step_s: float, history_V: ArrayLike = ()
+        self,
+        path: SignalPath,
+        u_V: ArrayLike,
+        step_s: float,
+        history_V: ArrayLike = (),
+        substeps: int | None = None,
     ) -> Array:
         """Displacement in um, (n,), from rest; history_V is run through the hysteresis first.
 
@@ -386,7 +395,8 @@ class Runner(Core):
             self._set_table(self._knots_V, polyval(self._knots_V, path.f0))
         else:
             self._set_f0(path.f0)
-        self._set_blocks(discretise(path.but(delay_s=path.delay_s + ahead * step_s), step_s))
+        late = path.but(delay_s=path.delay_s + ahead * step_s)
+        self._set_blocks(discretise(late, step_s, substeps))
         u_V = np.asarray(u_V)
         u = self._array(np.append(u_V, u_V[-1:]) if ahead else u_V)
         past = self._array(history_V)

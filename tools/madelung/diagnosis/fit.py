@@ -133,7 +133,9 @@ class Problem:
         n = trace.u_V.size
         fine = np.arange((n - 1) * RESAMPLE_STEPS + 1) / RESAMPLE_STEPS
         u = np.interp(fine, np.arange(n), trace.u_V)
-        y = self.runner.run(path, u, trace.step_s / RESAMPLE_STEPS, history)
+        # The blocks' own steps stay as they are: finer ones would pass for an effect.
+        substeps = max(1, path.substeps // RESAMPLE_STEPS)
+        y = self.runner.run(path, u, trace.step_s / RESAMPLE_STEPS, history, substeps)
         return np.interp(places, fine, y)
 
     def measured(
@@ -273,12 +275,14 @@ class Problem:
         damping = 1e-4
         jacobian, covariance = fit.jacobian, fit.covariance
         fresh, secant = False, True
-        for _ in range(iterations):
+        made = 0
+        while made < iterations:
             if not fresh and (jacobian.size == 0 or not secant):
                 jacobian, fresh = self._jacobian(fit), True
             better, damping, covariance = self._step(fit, jacobian, damping, 8 if fresh else 2)
             tolerance = max(COST_TOLERANCE, EXCESS_TOLERANCE * (fit.cost - self.rows))
             done = better is None or fit.cost - better.cost < tolerance
+            made += int(fresh or not done)
             if better is not None:
                 if not done:
                     jacobian = _secant(jacobian, fit, better)
@@ -370,6 +374,14 @@ class Probe:
     def gain(self, columns: list[Array]) -> float:
         """How much the cost would fall along columns, what is fitted already refitted with them."""
         return self._explained(columns, self.base.residual)
+
+    def fall(self, columns: list[Array]) -> float:
+        """How much the cost falls when the sum of columns is added as it is."""
+        c = np.sum(columns, axis=0)
+        cross = self._unit @ c
+        residual = self.base.residual
+        score = c @ residual - cross @ self._inverse @ (self._unit @ residual)
+        return float(2 * score - (c @ c - cross @ self._inverse @ cross))
 
     def energy(self, column: Array) -> float:
         """Squared length of a column behind the refit of what is fitted already."""

@@ -266,8 +266,7 @@ def _hysteresis_forms(s: Scales) -> list[Form]:
             "unknown peak",
             (peak,),
             lambda _: [
-                {"start_peak_V": s.start_max_V + d * (s.u_min_V + s.range_V - s.start_max_V)}
-                for d in (0.05, 0.15, 0.3, 0.5, 0.7, 0.9, 1.0)
+                {"start_peak_V": s.u_min_V + d * s.range_V} for d in np.arange(0.05, 1.01, 0.1)
             ],
             history=lambda trace, v: np.array([max(v["start_peak_V"], trace.u_V[0])]),
         ),

@@ -217,4 +217,4 @@ def _span(form: Form, s: Scales) -> tuple[float, float]:
         return top, p.low - top
     if form.effect == "initial_state":
         return s.u_min_V, s.range_V
-    return 0.0, p.high
+    return 0.0, max(p.high, p.low, key=abs)

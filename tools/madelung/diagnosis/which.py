@@ -52,6 +52,8 @@ EXCHANGE_SLACK = 0.3
 """A form that is this share of the excess worse after a few steps is not fitted to the end."""
 BENT = frozenset({"asymmetry", "non_masing"})
 """Loops that are not symmetric bend minor loops too: one effect, not two (diagnose.md)."""
+LINE_PERIODS = 5
+DAMPING_SHARE = 0.95
 LINE_SPREAD = 2.0
 """A line whose amplitude differs by more than this from the records' mean is no disturbance."""
 LINE_SEEN = 8.0
@@ -278,12 +280,12 @@ class Engine:
                 tries,
             )
         )
-        rough = [f for f in rough if _steady(self.problem, f)]
+        rough = [f for f in rough if _steady(self.problem, f) and _plausible(f, parent)]
         if not rough:
             return []
         near = self._front(rough)[:FINE_MAX]
         fine = self._map(lambda f: self._slim(self.problem.fit(f.forms, f.values, f.beta)), near)
-        fine = [f for f in fine if _steady(self.problem, f)]
+        fine = [f for f in fine if _steady(self.problem, f) and _plausible(f, parent)]
         return [f for f in rough if not any(f is g for g in near)] + fine
 
     @staticmethod
@@ -307,10 +309,15 @@ class Engine:
     def _screen(self, probe: Probe, form: Form) -> list[tuple[float, dict[str, float]]]:
         """The most promising starts of a form, the best first; more where there are many."""
         starts = form.starts(self.problem.scales)
-        found = [(probe.gain(probe.signature(form, start)), i) for i, start in enumerate(starts)]
+        columns = [probe.signature(form, start) for start in starts]
+        found = [(probe.gain(c), i) for i, c in enumerate(columns)]
         found.sort(key=lambda f: (-f[0], f[1]))
         keep = min(1 + len(starts) // STARTS_PER_TRY, TRIES_MAX)
-        return [(gain, starts[i]) for gain, i in found[:keep] if gain > 0]
+        chosen = found[:keep]
+        if not form.linear:  # where the model is good as it stands, the way is short
+            best = max(range(len(starts)), key=lambda i: (probe.fall(columns[i]), -i))
+            chosen += [f for f in found[keep:] if f[1] == best]
+        return [(gain, starts[i]) for gain, i in chosen if gain > 0]
 
     def _lines(self, parent: Fit) -> list[Form]:
         if not self.lines:
@@ -368,6 +375,23 @@ class Engine:
         return fit
 
 
+def _plausible(fit: Fit, parent: Fit) -> bool:
+    """Whether an effect that joins others is what its name says.
+
+    Beside another model that is not quite right, a mode at the bound of its damping is a filter,
+    and creep that goes back is a curve.
+    """
+    (new,) = fit.effects - parent.effects
+    if not parent.effects:
+        return True
+    if new == "resonance":
+        dampings = [fit.values[p.key] / p.high for p in fit.params if p.key.startswith("zeta")]
+        return max(dampings) < DAMPING_SHARE
+    if new == "creep":
+        return sum(v for k, v in fit.values.items() if k.startswith("creep_")) > 0
+    return True
+
+
 def _steady(problem: Problem, fit: Fit) -> bool:
     """Whether each line of a periodic disturbance has one amplitude in all records that show it.
 
@@ -392,10 +416,12 @@ def _steady(problem: Problem, fit: Fit) -> bool:
 
 
 def _spread_gain(old: Fit, new: Fit) -> float:
-    """Fall of the cost without the two short stretches that fall most: no proof by one glitch."""
+    """Fall of the cost without the short stretch that falls most: no proof by one glitch."""
     fall = old.residual**2 - new.residual**2
-    stretches = np.sort(np.add.reduceat(fall, np.arange(0, fall.size, STRETCH_ROWS)))
-    return float(stretches[:-2].sum())
+    stretches = np.add.reduceat(fall, np.arange(0, fall.size, STRETCH_ROWS))
+    most = int(np.argmax(stretches))
+    around = slice(max(most - 1, 0), most + 2)  # a glitch may lie across two
+    return float(stretches.sum() - stretches[around].sum())
 
 
 def _peaks(problem: Problem, residual: Array) -> list[float]:
@@ -416,9 +442,10 @@ def _peaks(problem: Problem, residual: Array) -> list[float]:
         power[:n] += p[:n]
     found: list[float] = []
     floor = _running_median(power)
+    lowest = 4 * LINE_PERIODS  # fewer periods in the longest record may as well be drift
     for _ in range(LINES_MAX):
-        k = int(np.argmax(np.where(np.arange(power.size) > 8, power - 3 * floor, 0.0)))
-        if k <= 8 or power[k] < 30 + 6 * len(traces) or power[k] < 12 * floor[k]:
+        k = int(np.argmax(np.where(np.arange(power.size) > lowest, power - 3 * floor, 0.0)))
+        if k <= lowest or power[k] < 30 + 6 * len(traces) or power[k] < 12 * floor[k]:
             break
         found.append(k * step_hz)
         power[max(k - 12, 0) : k + 13] = 0.0
