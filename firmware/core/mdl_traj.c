@@ -3,8 +3,9 @@
 #include <string.h>
 
 /*
- * A step finds out what has happened and ends with a jump to the part that deals with it; all parts
- * have the same parameters. The last part is the output on the curve, one for every degree of f0.
+ * A step jumps to the part for its curve, ascending or descending, and its kind of f0: one for
+ * every degree, and one for any other. That part does all that is common; for what is seldom it
+ * ends with a further jump, with the same parameters.
  *
  * Reals from +0 on are compared as their bits. An input between the limits of both sides stays on
  * its curve, or turns. The limits are the innermost turning points of both sides or, where there is
@@ -20,10 +21,16 @@ MDL_INLINE int reaches(mdl_key x, mdl_key limit, uint16_t down)
     return down ? x <= limit : x >= limit;
 }
 
-/* Whether x lies from +0 to below end; bits of negative reals are large unsigned numbers. */
-MDL_INLINE int is_below(mdl_real x, mdl_key end)
+/* Whether the real of these bits lies from +0 to below end; those of negative ones are large. */
+MDL_INLINE int is_below(mdl_key x, mdl_key end)
 {
-    return (mdl_ukey)mdl_bits(x) < (mdl_ukey)end;
+    return (mdl_ukey)x < (mdl_ukey)end;
+}
+
+/* TP_flag of the paper: 1 on a descending curve, else 0. */
+static uint16_t is_falling(const mdl_traj *traj)
+{
+    return traj->step == traj->part.step[1];
 }
 
 static uint_fast16_t held(const mdl_tp_stack *side)
@@ -33,68 +40,52 @@ static uint_fast16_t held(const mdl_tp_stack *side)
 
 /* ---- the output ---- */
 
+#define ANY (MDL_DEGREE_MAX + 1u)
+
 /*
  * Output at x on the current curve, eq. (6). As printed, the intervals and the arguments of even
  * and odd k have changed places: an ascending curve (k even) starts at a left turning point A_k and
  * holds for x_Ak < x < x_A(k-1), a descending one (k odd) at a right one for x_A(k-1) < x < x_Ak;
  * so has eq. (5). The mirror behind both is eq. (1) with A_1 where A_0' is printed. x_A0 = 0.
+ *
+ * Inside the range the limit on its side is where the curve starts. An outer step, whose limits are
+ * none, uses the part for ANY f0, which gives the same to the bit.
  */
 MDL_INLINE mdl_status put(mdl_traj *traj, mdl_real x, mdl_real *y_um, uint16_t down,
                           uint16_t degree)
 {
-    const mdl_tp *start = (down ? traj->right.end : traj->left.end) - 1;
-    mdl_real d, y;
+    const mdl_tp_stack *from = down ? &traj->right : &traj->left;
+    mdl_real start, y;
     traj->last.x.real = x;
-    d = down ? start->x.real - x : x - start->x.real;
-    y = mdl_major_horner(traj->c, degree, d);
-    y = down ? start->y_um - y : start->y_um + y;
+    if (degree == ANY) {
+        start = from->end[-1].x.real;
+        y = mdl_major_swing(traj->major, down ? x : start, down ? start : x);
+    } else {
+        start = from->limit.real;
+        y = mdl_major_horner(traj->c, degree, down ? start - x : x - start);
+    }
+    y = down ? from->end[-1].y_um - y : from->end[-1].y_um + y;
     traj->last.y_um = y;
     *y_um = y;
     return MDL_OK;
 }
 
-#define PUT(degree)                                                                                \
-    static mdl_status rise_##degree(mdl_traj *traj, mdl_real x, mdl_real *y_um)                    \
+/* macro(name, degree) for every kind of f0. */
+#define EVERY(macro)                                                                               \
+    macro(0, 0) macro(1, 1) macro(2, 2) macro(3, 3) macro(4, 4) macro(5, 5) macro(6, 6)            \
+        macro(7, 7) macro(any, ANY)
+
+#define PUT(kind, degree)                                                                          \
+    static mdl_status rise_##kind(mdl_traj *traj, mdl_real x, mdl_real *y_um)                      \
     {                                                                                              \
         return put(traj, x, y_um, 0, degree);                                                      \
     }                                                                                              \
-    static mdl_status fall_##degree(mdl_traj *traj, mdl_real x, mdl_real *y_um)                    \
+    static mdl_status fall_##kind(mdl_traj *traj, mdl_real x, mdl_real *y_um)                      \
     {                                                                                              \
         return put(traj, x, y_um, 1, degree);                                                      \
     }
 
-PUT(0)
-PUT(1)
-PUT(2)
-PUT(3)
-PUT(4)
-PUT(5)
-PUT(6)
-PUT(7)
-
-static mdl_traj_part *const rise_of_degree[] = {rise_0, rise_1, rise_2, rise_3,
-                                                rise_4, rise_5, rise_6, rise_7};
-static mdl_traj_part *const fall_of_degree[] = {fall_0, fall_1, fall_2, fall_3,
-                                                fall_4, fall_5, fall_6, fall_7};
-
-/* The same for a broken line, or with a shape. */
-static mdl_status rise_any(mdl_traj *traj, mdl_real x, mdl_real *y_um)
-{
-    const mdl_tp *start = traj->left.end - 1;
-    *y_um = start->y_um + mdl_major_swing(traj->major, start->x.real, x);
-    traj->last.x.real = x;
-    traj->last.y_um = *y_um;
-    return MDL_OK;
-}
-
-static mdl_status fall_any(mdl_traj *traj, mdl_real x, mdl_real *y_um)
-{
-    const mdl_tp *start = traj->right.end - 1;
-    *y_um = start->y_um - mdl_major_swing(traj->major, x, start->x.real);
-    traj->last.x.real = x;
-    traj->last.y_um = *y_um;
-    return MDL_OK;
-}
+EVERY(PUT)
 
 static mdl_status at_minimum(mdl_traj *traj, mdl_real x, mdl_real *y_um)
 {
@@ -127,19 +118,19 @@ static void set_limits(mdl_traj *traj)
     mdl_tp_stack *left = &traj->left;
     mdl_tp_stack *right = &traj->right;
     mdl_key end = traj->range_end;
-    if (is_below(traj->last.x.real, end) && (held(left) == 0 || is_below(left->tp->x.real, end)) &&
-        (held(right) == 0 || is_below(right->tp->x.real, end))) {
+    if (is_below(traj->last.x.bits, end) && (held(left) == 0 || is_below(left->tp->x.bits, end)) &&
+        (held(right) == 0 || is_below(right->tp->x.bits, end))) {
         traj->open_end = end;
         left->floor = left->tp + 1;
         right->floor = right->tp + 1;
-        left->limit = held(left) > 0 ? left->end[-1].x.bits : 0;
-        right->limit = held(right) > 0 ? right->end[-1].x.bits : end;
+        left->limit.bits = held(left) > 0 ? left->end[-1].x.bits : 0;
+        right->limit.bits = held(right) > 0 ? right->end[-1].x.bits : end;
     } else {
         traj->open_end = 0;
         left->floor = left->tp + MDL_TP_CAPACITY;
         right->floor = right->tp + MDL_TP_CAPACITY;
-        left->limit = MDL_KEY_MAX;
-        right->limit = ~MDL_KEY_MAX;
+        left->limit.bits = MDL_KEY_MAX;
+        right->limit.bits = ~MDL_KEY_MAX;
     }
 }
 
@@ -165,18 +156,18 @@ MDL_INLINE void record(mdl_traj *traj, uint16_t down)
 {
     mdl_tp_stack *from = down ? &traj->right : &traj->left;
     mdl_tp *end = from->end;
-    from->end = end + 1;
-    from->limit = traj->last.x.bits;
-    traj->falling = down;
-    end->x.bits = from->limit;
     end->y_um = traj->last.y_um;
+    end->x = traj->last.x;
+    from->limit = end->x;
+    from->end = end + 1;
+    traj->step = traj->part.step[down];
 }
 
 static void keep_pairs(mdl_traj *traj, uint_fast16_t pairs, uint16_t falling)
 {
     traj->right.end = traj->right.tp + pairs;
     traj->left.end = traj->left.tp + pairs + 1u - falling;
-    traj->falling = falling;
+    traj->step = traj->part.step[falling];
 }
 
 MDL_INLINE int is_full(const mdl_traj *traj)
@@ -190,12 +181,12 @@ static mdl_status outer_rise(mdl_traj *traj, mdl_real x, mdl_real *y_um)
     mdl_status status = MDL_OK;
     if (n < held(&traj->right)) {
         keep_pairs(traj, n, 0);
-    } else if (traj->falling && is_full(traj)) {
+    } else if (is_falling(traj) && is_full(traj)) {
         status = MDL_MEMORY_FULL; /* to and fro on the descending curve */
-    } else if (traj->falling) {
+    } else if (is_falling(traj)) {
         record(traj, 0);
     }
-    (void)(traj->falling ? traj->fall : traj->rise)(traj, x, y_um);
+    (void)(is_falling(traj) ? fall_any : rise_any)(traj, x, y_um);
     return status;
 }
 
@@ -204,11 +195,11 @@ static void outer_fall(mdl_traj *traj, mdl_real x, mdl_real *y_um)
     uint_fast16_t n = count_inside(&traj->left, mdl_key_of(x), 1);
     if (n < held(&traj->left) || n == 0) {
         keep_pairs(traj, n, 1);
-    } else if (!traj->falling) {
+    } else if (!is_falling(traj)) {
         record(traj, 1);
     }
     if (n > 0) {
-        (void)traj->fall(traj, x, y_um);
+        (void)fall_any(traj, x, y_um);
     } else {
         /* At or below the minimum: the descending curve that starts at the end of the range. */
         mdl_real fall = mdl_major_swing(traj->major, x, traj->major->range_volts);
@@ -264,16 +255,16 @@ MDL_INLINE mdl_tp *search(const mdl_tp_stack *side, mdl_key x, uint16_t down)
     if (count < 3u) {
         return base;
     }
-    count -= 2u;
-    if (!reaches(x, base[count - 1u].x.bits, down)) {
-        return base + count;
+    if (!reaches(x, side->end[-3].x.bits, down)) {
+        return side->end - 2;
     }
+    count -= 2u;
     power = count < 32u ? 16u : MDL_TP_CAPACITY / 2u;
     while (power > count) {
         power /= 2u;
     }
     if (!reaches(x, base[power - 1u].x.bits, down)) {
-        base += count + 1u - power;
+        base = side->end - 1 - power;
     }
     switch (power) {
 #if MDL_N_U > 4096
@@ -332,82 +323,55 @@ MDL_INLINE void wipe_out(mdl_traj *traj, mdl_key x, uint16_t down)
     mdl_tp_stack *from = down ? &traj->right : &traj->left;
     mdl_tp_stack *to = down ? &traj->left : &traj->right;
     mdl_tp *end = search(to, x, down);
-    traj->falling = down;
+    traj->step = traj->part.step[down];
     to->end = end;
-    to->limit = end > to->tp ? end[-1].x.bits : down ? 0 : traj->range_end;
+    to->limit.bits = end > to->tp ? end[-1].x.bits : down ? 0 : traj->range_end;
     end = from->tp + (end - to->tp) + (down ? 0 : 1);
     from->end = end;
-    from->limit = !down || end > from->tp ? end[-1].x.bits : traj->range_end;
+    from->limit.bits = !down || end > from->tp ? end[-1].x.bits : traj->range_end;
 }
 
-MDL_APART mdl_status wipe_up(mdl_traj *traj, mdl_real x, mdl_real *y_um)
+MDL_APART mdl_status wipe_up(mdl_traj *traj, mdl_real_bits x, mdl_real *y_um)
 {
-    if (!is_below(x, traj->open_end)) {
-        return outer_step(traj, x, y_um);
+    if (!is_below(x.bits, traj->open_end)) {
+        return outer_step(traj, x.real, y_um);
     }
-    wipe_out(traj, mdl_bits(x), 0);
-    return traj->rise(traj, x, y_um);
+    wipe_out(traj, x.bits, 0);
+    return traj->part.put[0](traj, x.real, y_um);
 }
 
-MDL_APART mdl_status wipe_down(mdl_traj *traj, mdl_real x, mdl_real *y_um)
+MDL_APART mdl_status wipe_down(mdl_traj *traj, mdl_real_bits x, mdl_real *y_um)
 {
-    if (!is_below(x, traj->open_end)) {
-        return outer_step(traj, x, y_um);
+    if (!is_below(x.bits, traj->open_end)) {
+        return outer_step(traj, x.real, y_um);
     }
-    wipe_out(traj, mdl_bits(x), 1);
-    return (traj->left.end > traj->left.tp ? traj->fall : at_minimum)(traj, x, y_um);
+    wipe_out(traj, x.bits, 1);
+    return (traj->left.end > traj->left.tp ? traj->part.put[1] : at_minimum)(traj, x.real, y_um);
 }
 
 /*
  * x reaches the limit of the side that it moves to. Seldom more is surpassed than the innermost
- * pair: the point there and the one after it, which is not recorded yet if it is (x_1, y_1).
+ * pair: the point there and the one after it, which is not recorded yet if it is (x_1, y_1). Only
+ * this is done here; 0: something else is to be done.
  */
-MDL_INLINE mdl_status surpass(mdl_traj *traj, mdl_real x, mdl_real *y_um, uint16_t down)
+MDL_INLINE int surpass(mdl_traj *traj, mdl_key x, uint16_t down, uint16_t falling)
 {
     mdl_tp_stack *from = down ? &traj->right : &traj->left;
     mdl_tp_stack *to = down ? &traj->left : &traj->right;
     mdl_tp *end = to->end;
-    if (end <= to->floor || reaches(mdl_bits(x), end[-2].x.bits, down)) {
-        return (down ? wipe_down : wipe_up)(traj, x, y_um);
+    if (end <= to->floor || reaches(x, end[-2].x.bits, down)) {
+        return 0;
     }
-    to->limit = end[-2].x.bits;
+    to->limit.bits = end[-2].x.bits;
     to->end = end - 1;
-    if (traj->falling == down) {
+    if (falling == down) {
         end = from->end - 1;
-        from->limit = end[-1].x.bits;
+        from->limit.bits = end[-1].x.bits;
         from->end = end;
+    } else {
+        traj->step = traj->part.step[down];
     }
-    traj->falling = down;
-    return (down ? traj->fall : traj->rise)(traj, x, y_um);
-}
-
-static mdl_status surpass_up(mdl_traj *traj, mdl_real x, mdl_real *y_um)
-{
-    return surpass(traj, x, y_um, 0);
-}
-
-static mdl_status surpass_down(mdl_traj *traj, mdl_real x, mdl_real *y_um)
-{
-    return surpass(traj, x, y_um, 1);
-}
-
-/*
- * The input has changed its direction, eq. (10): (x_1, y_1) is a right turning point if
- * x - x_1 < 0 (printed as x - x_2 < 0).
- */
-static mdl_status turn_up(mdl_traj *traj, mdl_real x, mdl_real *y_um)
-{
-    if (is_full(traj)) {
-        return outer_step(traj, x, y_um);
-    }
-    record(traj, 0);
-    return traj->rise(traj, x, y_um);
-}
-
-static mdl_status turn_down(mdl_traj *traj, mdl_real x, mdl_real *y_um)
-{
-    record(traj, 1);
-    return traj->fall(traj, x, y_um);
+    return 1;
 }
 
 /* The same input again. */
@@ -420,25 +384,61 @@ static mdl_status stay(mdl_traj *traj, mdl_real x, mdl_real *y_um)
     return MDL_OK;
 }
 
+/*
+ * A step from a curve. An input that moves against the curve has changed its direction, eq. (10):
+ * (x_1, y_1) is a right turning point if x - x_1 < 0 (printed as x - x_2 < 0).
+ */
+MDL_INLINE mdl_status step(mdl_traj *traj, mdl_real x_volts, mdl_real *y_um, uint16_t falling,
+                           uint16_t degree)
+{
+    mdl_real_bits x;
+    mdl_key last = traj->last.x.bits;
+    x.real = x_volts;
+    if (x.bits > last) {
+        if (x.bits >= traj->right.limit.bits) {
+            if (!surpass(traj, x.bits, 0, falling)) {
+                return wipe_up(traj, x, y_um);
+            }
+        } else if (falling) {
+            if (is_full(traj)) {
+                return outer_step(traj, x_volts, y_um);
+            }
+            record(traj, 0);
+        }
+        return put(traj, x_volts, y_um, 0, degree);
+    }
+    if (x.bits == last) {
+        return stay(traj, x_volts, y_um);
+    }
+    if (x.bits <= traj->left.limit.bits) {
+        if (!surpass(traj, x.bits, 1, falling)) {
+            return wipe_down(traj, x, y_um);
+        }
+    } else if (!falling) {
+        record(traj, 1);
+    }
+    return put(traj, x_volts, y_um, 1, degree);
+}
+
+#define STEP(kind, degree)                                                                         \
+    static mdl_status rising_##kind(mdl_traj *traj, mdl_real x, mdl_real *y_um)                    \
+    {                                                                                              \
+        return step(traj, x, y_um, 0, degree);                                                     \
+    }                                                                                              \
+    static mdl_status falling_##kind(mdl_traj *traj, mdl_real x, mdl_real *y_um)                   \
+    {                                                                                              \
+        return step(traj, x, y_um, 1, degree);                                                     \
+    }
+
+#define PARTS(kind, degree) {{rising_##kind, falling_##kind}, {rise_##kind, fall_##kind}},
+
+EVERY(STEP)
+
+static const mdl_traj_parts parts_of[] = {EVERY(PARTS)};
+
 mdl_status mdl_traj_step(mdl_traj *traj, mdl_real x_volts, mdl_real *y_um)
 {
-    mdl_traj_part *next = stay;
-    mdl_key x = mdl_bits(x_volts);
-    mdl_key last = traj->last.x.bits;
-    if (x > last) {
-        if (x >= traj->right.limit) {
-            next = surpass_up;
-        } else {
-            next = traj->falling ? turn_up : traj->rise;
-        }
-    } else if (x != last) {
-        if (x <= traj->left.limit) {
-            next = surpass_down;
-        } else {
-            next = traj->falling ? traj->fall : turn_down;
-        }
-    }
-    return next(traj, x_volts, y_um);
+    return traj->step(traj, x_volts, y_um);
 }
 
 mdl_status mdl_traj_init(mdl_traj *traj, const mdl_major *major, mdl_tp_side *left,
@@ -456,13 +456,8 @@ mdl_status mdl_traj_init(mdl_traj *traj, const mdl_major *major, mdl_tp_side *le
     traj->right.tp = right->tp;
     traj->margin_volts = margin_volts;
     traj->range_end = mdl_key_of(major->range_volts) + 1;
-    traj->rise = rise_any;
-    traj->fall = fall_any;
-    if (major->kind == MDL_POLYNOMIAL && major->shape == 0) {
-        traj->rise = rise_of_degree[major->degree];
-        traj->fall = fall_of_degree[major->degree];
-        memcpy(traj->c, major->c, sizeof traj->c);
-    }
+    traj->part = parts_of[major->kind == MDL_POLYNOMIAL && major->shape == 0 ? major->degree : ANY];
+    memcpy(traj->c, major->c, sizeof traj->c);
     traj->f0_min_um = major->at_zero_um;
     traj->full_swing_um = mdl_major_swing(major, MDL_C(0.0), major->range_volts);
     mdl_traj_reset(traj);
@@ -503,7 +498,7 @@ mdl_status mdl_traj_save(const mdl_traj *traj, mdl_real *saved, uint32_t capacit
         return MDL_ERR_CAPACITY;
     }
     *saved++ = (mdl_real)held(&traj->right);
-    *saved++ = (mdl_real)traj->falling;
+    *saved++ = (mdl_real)is_falling(traj);
     *saved++ = traj->last.x.real;
     *saved++ = traj->last.y_um;
     saved = save_points(saved, traj->left.tp, held(&traj->left));

@@ -53,7 +53,7 @@ MDL_STATIC_ASSERT(sizeof(mdl_tp_side) == MDL_N_U * sizeof(mdl_real), side_has_no
 
 /** The turning points held on one side, the innermost on top. */
 typedef struct {
-    mdl_key limit;       /**< an input that reaches it leaves the innermost loop, see mdl_traj.c */
+    mdl_real_bits limit; /**< an input that reaches it leaves the innermost loop, see mdl_traj.c */
     mdl_tp *end;         /**< one past the innermost */
     const mdl_tp *floor; /**< beyond it, the innermost can be dropped without a search */
     mdl_tp *tp;          /**< the outermost, the caller's memory */
@@ -62,7 +62,13 @@ typedef struct {
 typedef struct mdl_traj mdl_traj;
 
 /** A part of a step: from here to x in volts, gives y in um. */
-typedef mdl_status mdl_traj_part(mdl_traj *traj, mdl_real x_volts, mdl_real *y_um);
+typedef mdl_status (*mdl_traj_part)(mdl_traj *traj, mdl_real x_volts, mdl_real *y_um);
+
+/** The parts for one kind of f0, for an ascending [0] and for a descending [1] curve. */
+typedef struct {
+    mdl_traj_part step[2]; /**< a whole step from such a curve */
+    mdl_traj_part put[2];  /**< the output on such a curve */
+} mdl_traj_parts;
 
 /**
  * State of a trajectory. The caller owns it, both sides of the memory and the major curve. What
@@ -72,9 +78,8 @@ struct mdl_traj {
     mdl_tp last;                    /**< (x_1, y_1) of eq. (10), the point before */
     mdl_tp_stack left;              /**< one more than right ones if rising, else as many */
     mdl_tp_stack right;             /**< right turning points */
-    uint16_t falling;               /**< 1 on a descending curve (TP_flag of the paper), else 0 */
-    mdl_traj_part *rise;            /**< along an ascending curve, for this kind of f0 */
-    mdl_traj_part *fall;            /**< along a descending one */
+    mdl_traj_part step;             /**< one of part.step: tells which curve it is on */
+    mdl_traj_parts part;            /**< for this kind of f0 */
     mdl_real c[MDL_DEGREE_MAX + 1]; /**< f0's coefficients, if it is a polynomial */
     mdl_key open_end;               /**< inputs from 0 to below this are compared as bits */
     mdl_key range_end;              /**< the least key above the identified range */

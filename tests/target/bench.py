@@ -30,7 +30,7 @@ INPUTS = {
 ALL_BLOCKS = 0x81FF
 """Every block of tests/target/params.py, and its shape."""
 TOOLS = {"mps2": "arm-none-eabi-", "avr": "avr-"}
-HOT = ("mdl_traj_step", "turn_up", "surpass_up", "rise_3", "cao2019_step")
+HOT = ("mdl_traj_step", "rising_3", "falling_3", "wipe_up", "cao2019_step")
 
 
 def cost(

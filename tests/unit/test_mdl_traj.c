@@ -118,25 +118,33 @@ void test_equation_6_of_degree_7(void)
     STEP(1.5, 127.0078125, 3, MDL_OK);
 }
 
-/* f0 = 3 + x + x^2 + ... of every degree, on curves of length 1, 1/2 and 1/4. */
+/*
+ * f0 = 3 + x + x^2 + ... of every degree, on curves of length 1, 1/2 and 1/4, and on that of length
+ * 3/4 and the first one again after two loops, and all, have been wiped out.
+ */
 void test_equation_6_of_every_degree(void)
 {
-    mdl_real c[MDL_DEGREE_MAX + 1];
+    mdl_real y, c[MDL_DEGREE_MAX + 1];
     uint16_t k, degree;
     for (k = 0; k <= MDL_DEGREE_MAX; k++) {
         c[k] = MDL_C(1.0);
     }
     c[0] = MDL_C(3.0);
     for (degree = 0; degree <= MDL_DEGREE_MAX; degree++) {
-        double half = 0.0, quarter = 0.0; /* f0 - f0(0) at 1/2 and 1/4 */
+        double half = 0.0, quarter = 0.0, most = 0.0; /* f0 - f0(0) at 1/2, 1/4 and 3/4 */
         for (k = 1; k <= degree; k++) {
             half += ldexp(1.0, -k);
             quarter += ldexp(1.0, -2 * k);
+            most += pow(0.75, k);
         }
         use_polynomial(MDL_C(2.0), MDL_C(0.0), c, degree);
         STEP(1.0, 3.0 + degree, 1, MDL_OK);
         STEP(0.5, 3.0 + degree - half, 2, MDL_OK);
         STEP(0.75, 3.0 + degree - half + quarter, 3, MDL_OK);
+        ASSERT_STATUS(MDL_OK, mdl_traj_step(&traj, MDL_C(0.625), &y));
+        ASSERT_STATUS(MDL_OK, mdl_traj_step(&traj, MDL_C(0.6875), &y));
+        STEP(0.25, 3.0 + degree - most, 2, MDL_OK);
+        STEP(1.0, 3.0 + degree, 1, MDL_OK);
     }
 }
 
