@@ -187,3 +187,12 @@ def test_what_is_read_is_not_written_over(tmp_path: Path) -> None:
         done = subprocess.run([MADELUNG, *command], capture_output=True, text=True)
         assert done.returncode == 2 and done.stderr.count("\n") == 1
     assert (record.read_bytes(), model.read_bytes()) == before
+
+
+def test_a_link_to_itself_is_refused_in_one_line(tmp_path: Path) -> None:
+    loop = tmp_path / "loop"
+    loop.symlink_to(loop)
+    command = [MADELUNG, "predict", loop, loop, "-o", tmp_path / "o"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert "symbolic link" in done.stderr and len(done.stderr.strip().splitlines()) == 1

@@ -24,10 +24,17 @@ def working(doing: str) -> AbstractContextManager[object]:
 
 def keep_inputs(inputs: Iterable[Path], *outputs: Path | None) -> None:
     """Refuse to write over what is read."""
-    read = {path.resolve() for path in inputs}
+    read = {_real(path) for path in inputs}
     for output in outputs:
-        if output is not None and output.resolve() in read:
+        if output is not None and _real(output) in read:
             raise InputError(f"{output}: is read by this command; write to another file")
+
+
+def _real(path: Path) -> Path:
+    try:
+        return path.resolve()
+    except RuntimeError as error:
+        raise InputError(f"{path}: a symbolic link that leads back to itself") from error
 
 
 def window(from_s: float | None, to_s: float | None) -> tuple[float, float]:
