@@ -23,7 +23,7 @@ from madelung.diagnosis.holdout import (
 )
 from madelung.diagnosis.known import excluded, known_forms, monitored
 from madelung.diagnosis.noise import Noise, estimate_noise
-from madelung.diagnosis.parameters import reported
+from madelung.diagnosis.parameters import Z95, reported
 from madelung.diagnosis.verdict import Verdict, detectable, judge, train_excess
 from madelung.diagnosis.vocabulary import EFFECTS, SIZES
 from madelung.diagnosis.where import Region, locate
@@ -305,13 +305,14 @@ def _ranking(engine: Engine, search: Search, baseline: Fit) -> list[dict[str, An
         fit = best_with(name, engine, search)
         full = engine.problem.fit(fit.forms, fit.values, fit.beta, 1)
         rest = search.fits.get(fit.effects - {name}, search.null)
-        rms, closed = _out_of_sample(engine.problem, full, gap2)
+        rms, ci95, closed = _out_of_sample(engine.problem, full, gap2)
         entries.append(
             {
                 "effect": name,
                 "effects": sorted(fit.effects),
                 "models": [f.name for f in fit.forms],
                 "rms_um": rms,
+                "rms_um_ci95": ci95,
                 "closable_closed": closed,
                 "p_value": engine.p_value(rest, fit),
                 "gain": engine.gain(rest, fit),
@@ -334,16 +335,19 @@ def best_with(effect: str, engine: Engine, search: Search) -> Fit:
     return min((f for f in search.fits.values() if effect in f.effects), key=engine.score)
 
 
-def _out_of_sample(problem: Problem, full: Fit, gap2: float) -> tuple[float, float | None]:
-    """Cross-validated rms on the train records, and the share of the closable gap it closes.
+def _out_of_sample(
+    problem: Problem, full: Fit, gap2: float
+) -> tuple[float, list[float], float | None]:
+    """Cross-validated rms on the train records, its interval, and the share of the gap it closes.
 
     ``gap2`` is the mean square of the baseline's gap.
     """
-    rms2 = cross_validated(problem, full)
+    rms2, error = cross_validated(problem, full)
+    ends = (max(rms2 + z * error, 0.0) for z in (-Z95, Z95))
     floor = problem.noise.rms_um**2
     closable = gap2 - floor
     closed = (gap2 - rms2) / closable if closable > CLOSABLE_MIN * floor else None
-    return float(np.sqrt(rms2)), closed
+    return float(np.sqrt(rms2)), [float(np.sqrt(e)) for e in ends], closed
 
 
 def _predictions(problem: Problem, case: Case, baseline: Fit, best: Fit) -> list[Prediction]:

@@ -100,8 +100,10 @@ def _pooled(rms: Sequence[float], rows: Sequence[int]) -> float:
     return float(np.sqrt(energy / max(sum(rows), 1)))
 
 
-def cross_validated(problem: Problem, full: Fit) -> float:
+def cross_validated(problem: Problem, full: Fit) -> tuple[float, float]:
     """Mean square error on the train records, each block predicted by a fit to all the others.
+
+    The second is its standard error, from how much the blocks differ.
 
     Parameters
     ----------
@@ -112,21 +114,25 @@ def cross_validated(problem: Problem, full: Fit) -> float:
     size = np.sqrt(np.maximum(np.diag(full.covariance), 1e-300))
     columns = full.jacobian * size[:, None]
     whole = np.linalg.pinv(full.covariance / np.outer(size, size), rcond=1e-12, hermitian=True)
-    energy, rows = 0.0, 0
+    energies, rows = [], []
     seen = problem.simulate(full)
     for trace, y, place in zip(problem.traces, seen, problem.slices, strict=True):
         if trace.role != "train":
             continue
         error = np.where(trace.use, trace.y_um - y, 0.0) ** 2
-        rows += int(trace.use.sum())
         for block in np.array_split(np.arange(trace.u_V.size), TRAIN_BLOCKS):
             j = columns[:, place][:, block]
             r = full.residual[place][block]
             rest = np.linalg.pinv(whole - j @ j.T, rcond=1e-9, hermitian=True)
             missed = r + j.T @ (rest @ (j @ r))
             told = float(r @ r)
-            energy += float(error[block].sum()) * (float(missed @ missed) / told if told else 1.0)
-    return energy / max(rows, 1)
+            worse = float(missed @ missed) / told if told else 1.0
+            energies.append(float(error[block].sum()) * worse)
+            rows.append(int(trace.use[block].sum()))
+    energy, n = np.array(energies), np.array(rows)
+    mean = float(energy.sum()) / max(int(n.sum()), 1)
+    spread = np.sqrt(energy.size / max(energy.size - 1, 1) * np.sum((energy - mean * n) ** 2))
+    return mean, float(spread) / max(int(n.sum()), 1)
 
 
 def region_shrink(

@@ -7,13 +7,12 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Effect:
-    """Name, box of the signal path, contract's parameter keys, what it is, what to do about it."""
+    """Name, box of the signal path, contract's parameter keys, what it is."""
 
     name: str
     box: str
     keys: tuple[str, ...]
     what: str
-    remedy: str
 
 
 _ALL = (
@@ -22,105 +21,90 @@ _ALL = (
         "input",
         ("delay_s",),
         "a pure time shift between command and displacement",
-        "look for buffers in the converters and the sensor's filter, or switch the delay block on",
     ),
     Effect(
         "saturation",
         "input",
         ("high_V", "low_V", "knee_V"),
         "the amplifier or drive clips",
-        "stay inside the amplifier's range, or switch the saturation block on",
     ),
     Effect(
         "slew_limit",
         "input",
         ("slew_V_per_s",),
         "the amplifier's rate of change is limited",
-        "lower the rate or use a stronger amplifier, or switch the slew block on",
     ),
     Effect(
         "amplifier_lag",
         "input",
         ("corner_hz",),
         "one real pole between command and displacement, its place unproven",
-        "use a faster amplifier, or switch the lag block on",
     ),
     Effect(
         "asymmetry",
         "hysteresis",
         (),
         "the major loop is not centrally symmetric",
-        "use the model with the shape terms",
     ),
     Effect(
         "rate_dependence",
         "hysteresis",
         (),
         "loops widen with the rate of the input",
-        "switch the rate block on, or identify at the working rate",
     ),
     Effect(
         "non_masing",
         "hysteresis",
         (),
         "minor loops do not have the shape that the major loop dictates",
-        "use the model with the shape terms",
     ),
     Effect(
         "initial_state",
         "hysteresis",
         ("start_peak_V",),
         "the records start from a history that the predictor does not know",
-        "drive once to an end of the range before a record, or resume a saved state",
     ),
     Effect(
         "creep",
         "creep",
         ("creep_per_decade",),
         "the displacement goes on moving after the input has stopped",
-        "switch the creep block on",
     ),
     Effect(
         "backlash",
         "mechanics",
         ("dead_band_um",),
         "a dead band between actuator and sensor target",
-        "mend the coupling or preload it, or switch the backlash block on",
     ),
     Effect(
         "resonance",
         "mechanics",
         ("fn_hz", "zeta"),
         "a lightly damped flexure mode",
-        "stay below the mode, add damping, or switch the mode block on",
     ),
     Effect(
         "gain_offset",
         "sensor",
         ("gain", "offset_um"),
         "the calibration has changed since identification",
-        "recalibrate the sensor, or identify again",
     ),
     Effect(
         "drift",
         "sensor",
         (),
         "a slow movement in time that does not depend on the input",
-        "let the stage warm up, hold the temperature, or take the drift out of the record",
     ),
     Effect(
         "periodic_disturbance",
         "sensor",
         ("freq_hz", "amp_um"),
         "hum or vibration at fixed frequencies, not caused by the input",
-        "find the source at these frequencies: mains, fans, pumps, ground loops",
     ),
     Effect(
         "clock_skew",
         "sensor",
         ("skew_ppm",),
         "the clocks of command and measurement run at different speed",
-        "use one clock for both",
     ),
 )
 
