@@ -35,7 +35,9 @@ VISIBLE_SHARE = 0.03
 REMAINDER_SHARE = 0.2
 CLEAN_SHARE = 0.9
 CLEAN_VISIBLE = 5e-4
-"""An effect that removes nearly all that was unexplained may be so small a part of the gap."""
+"""An effect that removes nearly all that was unexplained may be so small a part of the gap, ..."""
+STIFF_PARAMS = 2
+"""... if it has no more parameters: others may fit what another model does not do quite right."""
 BEAM = 3
 FRONT_RATIO = 20.0
 FITS_MAX = 9
@@ -344,7 +346,8 @@ class Engine:
         visible = float(max(np.max(removed / whole), removed.sum() / whole.sum()))
         rest = np.maximum(left, 0.0) + 25.0
         telling = float(max(np.max(removed / rest), removed.sum() / rest.sum()))
-        if telling > CLEAN_SHARE and visible > CLEAN_VISIBLE:
+        least = CLEAN_VISIBLE if extra <= STIFF_PARAMS else VISIBLE_SHARE
+        if telling > CLEAN_SHARE and visible > least:
             return True
         return bool(visible > VISIBLE_SHARE and telling > REMAINDER_SHARE)
 
