@@ -124,7 +124,7 @@ def diagnose(case: Case, options: Options, progress: Progress = lambda _: None) 
         "gap": gap,
         "where": [r.to_json() for r in regions],
         "verdict": _verdict_json(verdict),
-        "ranking": [] if options.check else _ranking(engine, search, baseline),
+        "ranking": [] if options.check else _ranking(engine, heads, search, baseline),
         "shrink": shrink(held, noise, lines, options.seed)
         | {
             "regions": region_shrink(regions, held, (case.u_min_V, case.u_max_V)),
@@ -296,16 +296,24 @@ def _verdict_json(verdict: Verdict) -> dict[str, Any]:
     }
 
 
-def _ranking(engine: Engine, search: Search, baseline: Fit) -> list[dict[str, Any]]:
-    """Per effect the best hypothesis that contains it, and what it leaves on the train records."""
+def _ranking(engine: Engine, heads: Problem, search: Search, baseline: Fit) -> list[dict[str, Any]]:
+    """Per effect the best hypothesis that contains it, and what it leaves on the train records.
+
+    The accepted one is told from all rows, the others from the heads that were searched.
+    """
     entries = []
-    gap2 = float(np.mean(_train_error(engine.problem, baseline) ** 2))
+    refits: dict[frozenset[str], tuple[Problem, Fit, float]] = {}
     names = sorted({e for key in search.fits for e in key})
     for name in names:
         fit = best_with(name, engine, search)
-        full = engine.problem.fit(fit.forms, fit.values, fit.beta, 1)
+        if fit.effects not in refits:
+            problem = engine.problem if fit is search.best else heads
+            gap2 = float(np.mean(_train_error(problem, baseline) ** 2))
+            full = problem.fit(fit.forms, fit.values, fit.beta, 1)
+            refits[fit.effects] = (problem, full, gap2)
+        problem, full, gap2 = refits[fit.effects]
         rest = search.fits.get(fit.effects - {name}, search.null)
-        rms, ci95, closed = _out_of_sample(engine.problem, full, gap2)
+        rms, ci95, closed = _out_of_sample(problem, full, gap2)
         entries.append(
             {
                 "effect": name,
@@ -316,7 +324,7 @@ def _ranking(engine: Engine, search: Search, baseline: Fit) -> list[dict[str, An
                 "closable_closed": closed,
                 "p_value": engine.p_value(rest, fit),
                 "gain": engine.gain(rest, fit),
-                "parameters": reported(name, full, engine.problem),
+                "parameters": reported(name, full, problem),
                 "score": engine.score(fit),
             }
         )
