@@ -6,17 +6,6 @@
 #define M_MAX MDL_C(4.0)
 #define M_PLACES 32u
 
-static int all_finite(const mdl_real *v, uint16_t count)
-{
-    uint16_t i;
-    for (i = 0; i < count; i++) {
-        if (!mdl_is_finite(v[i])) {
-            return 0;
-        }
-    }
-    return 1;
-}
-
 static mdl_real polynomial(const mdl_real *b, mdl_real f)
 {
     return ((b[3] * f + b[2]) * f + b[1]) * f + b[0];
@@ -34,9 +23,10 @@ static mdl_status check_finite(const mdl_yang_params *p)
                             p->hz_max,    p->hz,           p->amplitude_volts, p->turn_volts,
                             p->rate_hz,   p->filter.decay, p->filter.ramp,     p->v_scale,
                             p->widen_s};
-    return all_finite(one, sizeof one / sizeof one[0]) && all_finite(p->k, MDL_YANG_TERMS) &&
-                   all_finite(p->c_um, MDL_YANG_TERMS) && all_finite(p->m, MDL_YANG_TERMS) &&
-                   all_finite(p->lambda, p->harmonics)
+    return mdl_all_finite(one, sizeof one / sizeof one[0]) &&
+                   mdl_all_finite(p->k, MDL_YANG_TERMS) &&
+                   mdl_all_finite(p->c_um, MDL_YANG_TERMS) &&
+                   mdl_all_finite(p->m, MDL_YANG_TERMS) && mdl_all_finite(p->lambda, p->harmonics)
                ? MDL_OK
                : MDL_ERR_NOT_FINITE;
 }
