@@ -91,10 +91,7 @@ def diagnose(case: Case, options: Options, progress: Progress = lambda _: None) 
     rich = min(by_degree, key=lambda d: by_degree[d][0])
     if options.model is not None:
         rich = max(rich, len(options.model.f0) - 1)
-    if rich <= DEGREE_MAX:
-        degree = min(rich + DEGREE_MORE, DEGREE_MAX)
-    else:
-        degree = min(rich + DEGREE_MORE, DEGREE_RICH)
+    degree = min(rich + DEGREE_MORE, DEGREE_MAX if rich <= DEGREE_MAX else DEGREE_RICH)
     problem = Problem([case.identify, *case.train], noise, scales, degree)
     baseline = _baseline(problem, options.model, by_degree)
     gap = _train_gap(problem, baseline)

@@ -130,10 +130,12 @@ class Engine:
             Ranks the smaller problem's fits.
         """
         null = self._keep(start)
-        best = self._again(found.best, ITERATIONS)
+        best = self._keep(self._again(found.best, ITERATIONS))
         near, far = self._rivals(found, price)
-        self._map(lambda f: self._again(f, ITERATIONS), near)
-        self._map(lambda f: self._again(f, 1), far)
+        again = self._map(lambda f: self._again(f, ITERATIONS), near)
+        again += self._map(lambda f: self._again(f, 1), far)
+        for fit in again:  # in their order, not in that of the threads
+            self._keep(fit)
         seen = self.problem.excess_per_row(best.residual)
         if np.any(seen > seen_before + EXCESS_MIN):
             return self._climb(null, best)
@@ -156,7 +158,7 @@ class Engine:
 
     def _again(self, fit: Fit, iterations: int) -> Fit:
         """Fitted to this problem's rows, from another's solution."""
-        return self._keep(self._slim(self.problem.fit(fit.forms, fit.values, fit.beta, iterations)))
+        return self._slim(self.problem.fit(fit.forms, fit.values, fit.beta, iterations))
 
     def _climb(self, null: Fit, best: Fit) -> Search:
         beam = [best]
@@ -178,7 +180,7 @@ class Engine:
         return float(fit.cost / max(1.0, fit.cost / n) ** 0.5) + len(fit.params) * float(np.log(n))
 
     def _keep(self, fit: Fit) -> Fit:
-        slim = replace(fit, jacobian=np.empty((0, 0)))
+        slim = self._slim(fit)
         have = self.fits.get(fit.effects)
         if have is None or self.score(slim) < self.score(have):
             self.fits[fit.effects] = slim
@@ -203,19 +205,23 @@ class Engine:
 
         The form that fits best alone need not fit best beside other effects.
         """
+        probe = self._probe(fit)
         for effect in sorted(fit.effects):
             for form in [f for f in self.forms if f.effect == effect]:
                 old = next(f for f in fit.forms if f.effect == effect)
                 richer = set(old.keys) <= set(form.keys)
                 if form is not old and (richer or not form.refines):
-                    fit = self._exchanged(fit, old, form)
+                    before, fit = fit, self._exchanged(probe, fit, old, form)
+                    probe = probe if fit is before else self._probe(fit)
         return fit
 
-    def _exchanged(self, fit: Fit, old: Form, form: Form) -> Fit:
+    def _probe(self, fit: Fit) -> Probe:
+        return Probe(self.problem, self.problem.fit(fit.forms, fit.values, fit.beta, 1))
+
+    def _exchanged(self, probe: Probe, fit: Fit, old: Form, form: Form) -> Fit:
         """With another form of an effect in place of one, if it is better; else as it was."""
         rest = tuple(f for f in fit.forms if f is not old)
         forms = tuple(form if f is old else f for f in fit.forms)
-        probe = Probe(self.problem, self.problem.fit(fit.forms, fit.values, fit.beta, 1))
         others = {k: v for k, v in fit.values.items() if k not in form.keys}
         kept = {k: v for k, v in fit.values.items() if k in form.keys}
 
