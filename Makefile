@@ -37,7 +37,7 @@ $(LIB)/libmdl_f32.so: $(CORE_C) $(CORE_H) $(BINDING)
 
 $(LIB)/libmdl_f64.so: $(CORE_C) $(CORE_H) $(BINDING)
 	@mkdir -p $(@D)
-	$(CC) $(CFLAGS) -DMDL_REAL_DOUBLE -DMDL_N_U=65536 -DMDL_DELAY_MAX=4096 -DMDL_BREAKPOINTS_MAX=255 -shared -Ifirmware/core -o $@ $(CORE_C) tools/madelung/binding/batch.c
+	$(CC) $(CFLAGS) -DMDL_REAL_DOUBLE -DMDL_N_U=65536 -DMDL_DELAY_MAX=4096 -DMDL_DEGREE_MAX=15 -shared -Ifirmware/core -o $@ $(CORE_C) tools/madelung/binding/batch.c
 
 # The simulated actuator: its own physics, nothing of firmware/core.
 $(LIB)/libstage.so: $(wildcard host_sim/*.[ch])

@@ -13,8 +13,16 @@
 #define MDL_N_U 4096
 #endif
 
-/** Largest degree of the polynomial f0, eq. (9). Fixed: Horner is unrolled up to it. */
-#define MDL_DEGREE_MAX 7
+/** Up to this degree Horner is unrolled, with a part of the trajectory's step for each degree. */
+#define MDL_DEGREE_UNROLLED 7
+
+/**
+ * Largest degree of the polynomial f0, eq. (9). Limit: 7 to 15. Memory: 8 bytes for each above 7,
+ * and a slower step where f0 has one. In float more than 7 lose digits; fits in double use 15.
+ */
+#ifndef MDL_DEGREE_MAX
+#define MDL_DEGREE_MAX MDL_DEGREE_UNROLLED
+#endif
 
 /** Most breakpoints of a piecewise-linear f0, eq. (16). Limit: 2 to 255. Memory: 12 bytes each. */
 #ifndef MDL_BREAKPOINTS_MAX
@@ -65,6 +73,7 @@
 
 MDL_STATIC_ASSERT(MDL_N_U >= 256 && MDL_N_U <= 65536L, n_u_is_in_range);
 MDL_STATIC_ASSERT((MDL_N_U & (MDL_N_U - 1L)) == 0, n_u_is_a_power_of_two);
+MDL_STATIC_ASSERT(MDL_DEGREE_MAX >= MDL_DEGREE_UNROLLED && MDL_DEGREE_MAX <= 15, degree_in_range);
 MDL_STATIC_ASSERT(MDL_BREAKPOINTS_MAX >= 2 && MDL_BREAKPOINTS_MAX <= 255, breakpoints_in_range);
 
 MDL_STATIC_ASSERT(MDL_CREEP_MODES_MAX >= 1 && MDL_CREEP_MODES_MAX <= 32, creep_modes_in_range);

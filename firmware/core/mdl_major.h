@@ -57,13 +57,18 @@ mdl_status mdl_major_init_play(mdl_major *major, mdl_real range_volts, const mdl
                                const mdl_real *threshold, uint16_t count);
 
 /**
- * f0(x) - f0(0) of a polynomial of degree 1 to MDL_DEGREE_MAX; 0 for any other degree. Horner,
- * eq. (9), unrolled: one jump, then a multiplication and an addition per power. Without c[0] there
- * is nothing to take away again.
+ * f0(x) - f0(0) of a polynomial of degree 1 to MDL_DEGREE_MAX; 0 of degree 0. Horner, eq. (9),
+ * unrolled up to MDL_DEGREE_UNROLLED: one jump, then a multiplication and an addition per power.
+ * Without c[0] there is nothing to take away again.
  */
 MDL_INLINE mdl_real mdl_major_horner(const mdl_real *c, uint16_t degree, mdl_real x_volts)
 {
     mdl_real y = c[degree];
+#if MDL_DEGREE_MAX > MDL_DEGREE_UNROLLED
+    while (degree > MDL_DEGREE_UNROLLED) {
+        y = y * x_volts + c[--degree];
+    }
+#endif
     switch (degree) {
     case 7:
         y = y * x_volts + c[6]; /* fall through */

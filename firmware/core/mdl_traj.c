@@ -40,7 +40,7 @@ static uint_fast16_t held(const mdl_tp_stack *side)
 
 /* ---- the output ---- */
 
-#define ANY (MDL_DEGREE_MAX + 1u)
+#define ANY (MDL_DEGREE_UNROLLED + 1u)
 
 /*
  * Output at x on the current curve, eq. (6). As printed, the intervals and the arguments of even
@@ -456,7 +456,10 @@ mdl_status mdl_traj_init(mdl_traj *traj, const mdl_major *major, mdl_tp_side *le
     traj->right.tp = right->tp;
     traj->margin_volts = margin_volts;
     traj->range_end = mdl_key_of(major->range_volts) + 1;
-    traj->part = parts_of[major->kind == MDL_POLYNOMIAL && major->shape == 0 ? major->degree : ANY];
+    traj->part = parts_of[major->kind == MDL_POLYNOMIAL && major->shape == 0 &&
+                                  major->degree <= MDL_DEGREE_UNROLLED
+                              ? major->degree
+                              : ANY];
     memcpy(traj->c, major->c, sizeof traj->c);
     traj->f0_min_um = major->at_zero_um;
     traj->full_swing_um = mdl_major_swing(major, MDL_C(0.0), major->range_volts);

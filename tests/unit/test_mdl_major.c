@@ -9,11 +9,14 @@
 #include <string.h>
 
 static mdl_major major, before;
-static const mdl_real ones[] = {MDL_C(1.0), MDL_C(1.0), MDL_C(1.0), MDL_C(1.0), MDL_C(1.0),
-                                MDL_C(1.0), MDL_C(1.0), MDL_C(1.0), MDL_C(1.0)};
+static mdl_real ones[MDL_DEGREE_MAX + 2];
 
 void setUp(void)
 {
+    uint16_t k;
+    for (k = 0; k < MDL_DEGREE_MAX + 2; k++) {
+        ones[k] = MDL_C(1.0);
+    }
     memset(&major, 0x55, sizeof major);
     before = major;
 }
@@ -57,7 +60,8 @@ void test_polynomials_that_are_refused(void)
     mdl_real c[MDL_DEGREE_MAX + 1];
     uint16_t k;
     int i;
-    REFUSED(MDL_ERR_PARAMETER, mdl_major_init_polynomial(&major, MDL_C(2.0), ones, 8));
+    REFUSED(MDL_ERR_PARAMETER,
+            mdl_major_init_polynomial(&major, MDL_C(2.0), ones, MDL_DEGREE_MAX + 1));
     REFUSED(MDL_ERR_PARAMETER, mdl_major_init_polynomial(&major, MDL_C(0.0), ones, 2));
     REFUSED(MDL_ERR_PARAMETER, mdl_major_init_polynomial(&major, MDL_C(-1.0), ones, 2));
     for (i = 0; i < 3; i++) {
@@ -66,7 +70,7 @@ void test_polynomials_that_are_refused(void)
         for (k = 0; k <= MDL_DEGREE_MAX; k++) {
             memcpy(c, ones, sizeof c);
             c[k] = mdl_test_not_finite(i);
-            REFUSED(MDL_ERR_NOT_FINITE, mdl_major_init_polynomial(&major, MDL_C(2.0), c, 7));
+            REFUSED(MDL_ERR_NOT_FINITE, mdl_major_init_polynomial(&major, MDL_C(2.0), c, MDL_DEGREE_MAX));
         }
     }
 }

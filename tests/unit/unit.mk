@@ -8,7 +8,7 @@ OUT := build/unit/$(VARIANT)
 
 WARN := -std=c99 -Wall -Wextra -pedantic -Wconversion -Wdouble-promotion -Werror
 FLAGS_f32 :=
-FLAGS_f64 := -DMDL_REAL_DOUBLE
+FLAGS_f64 := -DMDL_REAL_DOUBLE -DMDL_DEGREE_MAX=15
 FLAGS_fast := -O2
 FLAGS_asan := -O1 -g -fsanitize=address,undefined,float-cast-overflow -fno-sanitize-recover=all
 FLAGS_cov := -O0 -g --coverage

@@ -136,13 +136,6 @@ class Core:
         c = self._array(f0)
         self._check(self._lib.batch_set_polynomial(self._batch, self._pointer(c), c.size - 1), "f0")
 
-    def _set_table(self, x_V: ArrayLike, y_um: ArrayLike) -> None:
-        x, y = self._array(x_V), self._array(y_um)
-        status = self._lib.batch_set_breakpoints(
-            self._batch, self._pointer(x), self._pointer(y), x.size
-        )
-        self._check(status, "f0")
-
     def _set_blocks(self, chain: Chain) -> None:
         """Switch on what the chain has, and everything else off."""
         lib, batch = self._lib, self._batch

@@ -12,19 +12,15 @@ from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from numpy.polynomial.polynomial import polyval
 from numpy.typing import ArrayLike, NDArray
-from scipy.linalg import expm
 
 from madelung.blocks import UNLIMITED_V, Block, blocks_from_json
 from madelung.core import Chain, Core, Precision, Predictor
-from madelung.model import DEGREE_MAX, MARGIN_SHARE, Model
+from madelung.model import MARGIN_SHARE, Model
 from madelung.yang2015 import Yang, YangParams, discretise_yang
 
 Array = NDArray[np.float64]
 SHAPE_ORDER = 4
-TABLE_KNOTS = 255
-"""Of an f0 of high degree: what lies between them is straight to 1e-5 of the stroke."""
 SLEW_SUBSTEPS = 4
 MODE_SUBSTEPS = 2
 VELOCITY_SAMPLES = 0.5
@@ -135,12 +131,13 @@ def lag_coefficients(tau_s: float, step_s: float) -> tuple[float, float]:
 
 def mode_coefficients(fn_hz: float, zeta: float, step_s: float) -> tuple[Array, Array]:
     """``phi`` (2, 2) less the unit matrix, and ``gamma`` (2,) of mdl_mode.h."""
-    w = 2 * np.pi * fn_hz
-    system = np.zeros((3, 3))
-    system[:2, :2] = [[0.0, w], [-w, -2 * zeta * w]]
-    system[0, 2] = -1.0 / step_s
-    exact = expm(system * step_s)
-    return exact[:2, :2] - np.eye(2), exact[:2, 2]
+    x = 2 * np.pi * fn_hz * step_s
+    root = np.sqrt(complex(zeta**2 - 1)) or 1e-6j  # critical damping: next to it
+    e1, e2 = np.expm1(x * (-zeta + np.array([root, -root])))  # the poles' decays less 1
+    cosine, sine = ((e1 + e2) / 2).real, ((e1 - e2) / (2 * root)).real
+    phi = np.array([[cosine + zeta * sine, sine], [-sine, cosine - zeta * sine]])
+    gamma = np.array([[2 * zeta, 1.0], [-1.0, 0.0]]) @ phi[:, 0] / x  # -A^-1 (Phi - I) (1, 0) / h
+    return phi, gamma
 
 
 def delay_coefficients(delay_s: float, step_s: float, smooth: bool = True) -> tuple[int, Array]:
@@ -372,7 +369,6 @@ class Runner(Core):
     def __init__(self, u_min_V: float, range_V: float, precision: Precision = "float64") -> None:
         super().__init__(precision)
         self._make_polynomial(u_min_V, range_V, MARGIN_SHARE * range_V, [0.0])
-        self._knots_V = np.linspace(0.0, range_V, TABLE_KNOTS)
 
     def run(
         self,
@@ -384,17 +380,12 @@ class Runner(Core):
     ) -> Array:
         """Displacement in um, (n,), from rest; history_V is run through the hysteresis first.
 
-        An f0 of a degree above that of the core is run as a table, in float64 alone.
-
         In float64 a delay below one sample is interpolated between samples on both sides of the
         moment: one sample more is run, and the displacement shifted back by it. The firmware
         cannot look ahead, so float32 does not.
         """
         ahead = int(self._dtype == np.float64 and 0 < path.delay_s < step_s)
-        if len(path.f0) - 1 > DEGREE_MAX:
-            self._set_table(self._knots_V, polyval(self._knots_V, path.f0))
-        else:
-            self._set_f0(path.f0)
+        self._set_f0(path.f0)
         late = path.but(delay_s=path.delay_s + ahead * step_s)
         self._set_blocks(discretise(late, step_s, substeps))
         u_V = np.asarray(u_V)

@@ -67,15 +67,6 @@ int32_t batch_set_polynomial(batch *b, const mdl_real *c, uint16_t degree)
     return status == MDL_OK ? mdl_chain_init(&b->chain, &b->params, &b->left, &b->right) : status;
 }
 
-int32_t batch_set_breakpoints(batch *b, const mdl_real *x_volts, const mdl_real *y_um,
-                              uint16_t count)
-{
-    const mdl_shape *shape = b->params.major.shape;
-    mdl_status status = mdl_major_init_breakpoints(&b->params.major, x_volts, y_um, count);
-    b->params.major.shape = shape;
-    return status == MDL_OK ? mdl_chain_init(&b->chain, &b->params, &b->left, &b->right) : status;
-}
-
 void batch_set_shape(batch *b, const mdl_real *g)
 {
     b->params.major.shape = g != NULL ? &b->shape : NULL;

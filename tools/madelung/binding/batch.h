@@ -27,8 +27,6 @@ void batch_free(batch *b);
 
 /** Another polynomial f0 for the same range, um / volts^k, ascending; 0 or a negative status. */
 int32_t batch_set_polynomial(batch *b, const mdl_real *c, uint16_t degree);
-int32_t batch_set_breakpoints(batch *b, const mdl_real *x_volts, const mdl_real *y_um,
-                              uint16_t count);
 
 /** Terms of mdl_shape, um: 16 values, g[k-1][j-1] row by row; NULL takes them away. */
 void batch_set_shape(batch *b, const mdl_real *g);

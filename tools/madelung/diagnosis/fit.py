@@ -69,6 +69,17 @@ class Fit:
         """Parameters of all forms, in order."""
         return [p for f in self.forms for p in f.params]
 
+    def columns(self, form: Form | None) -> Array:
+        """Of the jacobian, a form's (None: f0's), (p, N); none where it has no part in the fit."""
+        row = self.beta.size
+        if form is None:
+            return self.jacobian[:row]
+        for own in self.forms:
+            if own is form:
+                return self.jacobian[row : row + len(own.params)]
+            row += len(own.params)
+        return self.jacobian[:0]
+
 
 class Problem:
     """The records to be explained, the noise, and how a hypothesis is simulated and fitted."""
@@ -264,16 +275,24 @@ class Problem:
         values: dict[str, float],
         beta: Array,
         iterations: int = ITERATIONS,
+        near: Fit | None = None,
     ) -> Fit:
         """Levenberg-Marquardt from a start, within the parameters' bounds.
 
         The columns are computed at the start, carried along by Broyden's secant update, and
         computed again where a step fails or before the search ends.
+
+        Parameters
+        ----------
+        near
+            A fit with its jacobian: its columns serve at the start for what both have in common.
         """
         forms = tuple(forms)
         fit = self._evaluate(forms, _clipped(forms, values), beta)
         damping = 1e-4
         jacobian, covariance = fit.jacobian, fit.covariance
+        if near is not None:
+            jacobian = self._jacobian(fit, near)
         fresh, secant = False, True
         made = 0
         while made < iterations:
@@ -298,15 +317,18 @@ class Problem:
         cost = float(residual @ residual + prior @ prior)
         return Fit(forms, values, beta, cost if np.isfinite(cost) else np.inf, residual)
 
-    def _jacobian(self, fit: Fit) -> Array:
+    def _jacobian(self, fit: Fit, near: Fit | None = None) -> Array:
         path = self.path(fit.forms, fit.values, fit.beta)
         displaced = self.displacement(fit.forms, fit.values, path)
         y = self.measured(fit.forms, fit.values, displaced)
         jacobian = np.empty((fit.beta.size + len(fit.params), fit.residual.size))
-        jacobian[: fit.beta.size] = self._columns_f0(fit.forms, fit.values, fit.beta, y)
-        row = fit.beta.size
-        for form in fit.forms:
-            own = self.columns_of(form, fit.forms, fit.values, fit.beta, displaced, y)
+        row = 0
+        for form in (None, *fit.forms):
+            own: Sequence[Array] | Array = () if near is None else near.columns(form)
+            if len(own) == 0 and form is None:
+                own = self._columns_f0(fit.forms, fit.values, fit.beta, y)
+            elif len(own) == 0:
+                own = self.columns_of(form, fit.forms, fit.values, fit.beta, displaced, y)
             jacobian[row : row + len(own)] = own
             row += len(own)
         return jacobian

@@ -13,7 +13,14 @@ from scipy.optimize import brentq
 from madelung.diagnosis.case import Trace
 from madelung.diagnosis.fit import Fit, Probe, Problem
 from madelung.diagnosis.forms import Form, Scales
-from madelung.diagnosis.which import EXCESS_MIN, GAIN_MIN, GAIN_PER_PARAM, Engine, Search
+from madelung.diagnosis.which import (
+    EXCESS_MIN,
+    GAIN_MIN,
+    GAIN_PER_PARAM,
+    HOPELESS,
+    Engine,
+    Search,
+)
 
 Array = NDArray[np.float64]
 Status = Literal["identified", "ambiguous", "unknown", "no_gap"]
@@ -25,8 +32,6 @@ RIVAL_EXCESS = 1.3
 """... its excess over the noise is larger by this factor."""
 REMAINDER_MAX = 0.05
 CONFIDENCE_MAX = 0.99
-HOPELESS = 4000.0
-"""Fall of the cost from which on the other hypothesis has no weight under any noise."""
 LINE_PERIODS = 3
 """Periods of a disturbance that a record must hold at least."""
 LARGER_SHARE = 0.05

@@ -28,6 +28,10 @@ S = TypeVar("S")
 
 GAIN_MIN = 40.0
 """Fall of the cost, in units of the noise, below which nothing is accepted."""
+HOPEFUL_SHARE = 0.5
+"""Of `GAIN_MIN`, below which no other form of an effect is tried."""
+HOPELESS = 4000.0
+"""A fit whose cost is higher by this has no weight, under any noise and with any form."""
 GAIN_PER_PARAM = 3.0
 SCREEN_MIN = 15.0
 SCREEN_SHARE = 1e-3
@@ -167,6 +171,8 @@ class Engine:
             if not found:
                 break
             ranked = self._front(found)
+            if self.gain(best, ranked[0]) < HOPEFUL_SHARE * GAIN_MIN:
+                break
             ranked = sorted([self._refined(ranked[0]), *ranked[1:]], key=self.score)
             if not self.accepted(best, ranked[0], null):
                 break
@@ -249,6 +255,9 @@ class Engine:
     def _expand(self, beam: list[Fit]) -> list[Fit]:
         found: dict[frozenset[str], Fit] = {}
         for parent in beam:
+            whole = min(found.values(), key=self.score, default=parent)
+            if self._is_clean(whole) and not parent.effects <= whole.effects:
+                continue  # what explains everything is not looked for beside something else
             names = " + ".join(sorted(parent.effects)) or "f0 alone"
             self.progress(f"adding an effect to {names}")
             full = self.problem.fit(parent.forms, parent.values, parent.beta, iterations=2)
@@ -259,6 +268,10 @@ class Engine:
                 if key not in found or self.score(fit) < self.score(found[key]):
                     found[key] = fit
         return [self._keep(f) for f in found.values()]
+
+    def _is_clean(self, fit: Fit) -> bool:
+        """Whether no record has more than noise left."""
+        return bool(np.all(self.problem.excess_per_row(fit.residual) < EXCESS_MIN))
 
     def _children(self, parent: Fit, seen: set[frozenset[str]]) -> list[Fit]:
         free = [
@@ -282,7 +295,11 @@ class Engine:
             self._map(
                 lambda t: self._slim(
                     self.problem.fit(
-                        (*parent.forms, t[0]), parent.values | t[1], parent.beta, ROUGH_ITERATIONS
+                        (*parent.forms, t[0]),
+                        parent.values | t[1],
+                        parent.beta,
+                        ROUGH_ITERATIONS,
+                        parent,
                     )
                 ),
                 tries,
@@ -375,8 +392,10 @@ class Engine:
             for form in fit.forms:
                 rest = tuple(f for f in fit.forms if f is not form)
                 values = {p.key: fit.values[p.key] for f in rest for p in f.params}
-                self._keep(self.problem.fit(rest, values, fit.beta))
-                smaller.append(self.fits[frozenset(f.effect for f in rest)])
+                key = frozenset(f.effect for f in rest)
+                if key not in self.fits or self.fits[key].cost < fit.cost + HOPELESS:
+                    self._keep(self.problem.fit(rest, values, fit.beta))
+                smaller.append(self.fits[key])
             needless = [s for s in smaller if not self.accepted(s, fit, null)]
             if not needless:
                 break
