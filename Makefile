@@ -8,7 +8,7 @@ CORE_C := $(wildcard firmware/core/*.c)
 CORE_H := $(wildcard firmware/core/*.h)
 BINDING := $(wildcard tools/madelung/binding/*)
 WARN := -std=c99 -Wall -Wextra -pedantic -Wconversion -Werror
-CFLAGS := -O2 -fPIC -ffp-contract=off $(WARN)
+CFLAGS := -O3 -fPIC -ffp-contract=off $(WARN)
 
 .DEFAULT_GOAL := all
 .PHONY: all help demo blind

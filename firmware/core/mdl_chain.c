@@ -23,8 +23,17 @@ static mdl_status judge(const mdl_real *v, uint16_t count, int are_in_range)
 
 static mdl_status check_saturation(const mdl_saturation_params *p)
 {
-    const mdl_real v[] = {p->high_volts, p->low_volts, p->knee_volts};
-    return judge(v, COUNT(v), p->low_volts < p->high_volts && p->knee_volts >= MDL_C(0.0));
+    const mdl_real v[] = {p->high_volts, p->low_volts, p->knee_volts, p->knee_power};
+    return judge(v, COUNT(v),
+                 p->low_volts < p->high_volts && p->knee_volts >= MDL_C(0.0) &&
+                     (p->knee_power == MDL_C(0.0) ||
+                      (p->knee_power >= MDL_C(1.0) && p->knee_power <= MDL_C(4.0))));
+}
+
+static mdl_status check_slew(const mdl_slew_params *p)
+{
+    const mdl_real v[] = {p->rise_volts, p->fall_volts};
+    return judge(v, COUNT(v), p->rise_volts > MDL_C(0.0) && p->fall_volts > MDL_C(0.0));
 }
 
 /* Outside its range a lag may not settle. */
@@ -38,11 +47,13 @@ static mdl_status check_lag(const mdl_lag_params *p)
 
 static mdl_status check_rate(const mdl_rate_params *p)
 {
-    const mdl_real v[] = {p->v_scale, p->power, p->damping_um, p->widening, p->threshold_volts};
+    const mdl_real v[] = {p->v_scale,    p->power,    p->v_knee,         p->at_knee,
+                          p->damping_um, p->widening, p->threshold_volts};
     mdl_status status = check_lag(&p->filter);
     return status != MDL_OK ? status
                             : judge(v, COUNT(v),
                                     p->power > MDL_C(0.0) && p->power <= MDL_C(4.0) &&
+                                        p->v_knee >= MDL_C(0.0) && p->widening >= MDL_C(0.0) &&
                                         p->threshold_volts >= MDL_C(0.0));
 }
 
@@ -84,7 +95,7 @@ static mdl_status check_blocks(const mdl_chain_params *p)
         status = checked;                                                                          \
     }
     CHECK(MDL_BLOCK_SATURATION, check_saturation(&p->saturation))
-    CHECK(MDL_BLOCK_SLEW, judge(&p->slew_step_volts, 1, p->slew_step_volts > MDL_C(0.0)))
+    CHECK(MDL_BLOCK_SLEW, check_slew(&p->slew))
     CHECK(MDL_BLOCK_LAG, check_lag(&p->lag))
     CHECK(MDL_BLOCK_RATE, check_rate(&p->rate))
     CHECK(MDL_BLOCK_YANG, check_yang(p))
@@ -121,23 +132,43 @@ mdl_status mdl_chain_init(mdl_chain *chain, const mdl_chain_params *params, mdl_
     }
     if (status == MDL_OK) {
         chain->params = params;
+        mdl_plays_make(&chain->plays, &params->major);
         mdl_chain_reset(chain);
     }
     return status;
 }
 
-void mdl_chain_reset(mdl_chain *chain)
-{
-    mdl_traj_reset(&chain->traj);
-    memset(&chain->at, 0, sizeof chain->at);
-    chain->at.delayed_um = chain->params->major.at_zero_um;
-    mdl_delay_reset(&chain->delay, MDL_C(0.0));
-    chain->started = 0;
-}
-
 static mdl_real saturated(const mdl_chain *chain, mdl_real u)
 {
     return acts(chain, MDL_BLOCK_SATURATION) ? mdl_saturation(&chain->params->saturation, u) : u;
+}
+
+/* The hysteresis alone, at rest, to a drive x above u_min. */
+static mdl_status lead(mdl_chain *chain, mdl_real x, mdl_real *y)
+{
+    (void)mdl_plays_step(&chain->at.plays, &chain->plays, x, MDL_C(0.0));
+    return mdl_traj_step(&chain->traj, x, y);
+}
+
+mdl_status mdl_chain_lead(mdl_chain *chain, mdl_real u_volts)
+{
+    mdl_real y;
+    return lead(chain, saturated(chain, u_volts) - chain->params->u_min_volts, &y);
+}
+
+void mdl_chain_reset(mdl_chain *chain)
+{
+    const mdl_chain_params *p = chain->params;
+    mdl_traj_reset(&chain->traj);
+    memset(&chain->at, 0, sizeof chain->at);
+    mdl_plays_reset(&chain->at.plays, &chain->plays);
+    chain->at.delayed_um = p->major.at_zero_um;
+    mdl_delay_reset(&chain->delay, MDL_C(0.0));
+    chain->started = 0;
+    if (acts(chain, MDL_BLOCK_SATURATION)) {
+        (void)mdl_chain_lead(chain, p->u_min_volts + p->major.range_volts);
+        (void)mdl_chain_lead(chain, p->u_min_volts);
+    }
 }
 
 /* Creep box: the displacement, and its share that follows slowly. */
@@ -164,7 +195,7 @@ static mdl_status start(mdl_chain *chain, mdl_real u)
     mdl_real v = saturated(chain, u);
     mdl_real y = MDL_C(0.0);
     status = acts(chain, MDL_BLOCK_YANG) ? mdl_yang_start(&chain->at.yang, p->yang, v, &y)
-                                         : mdl_traj_step(&chain->traj, v - p->u_min_volts, &y);
+                                         : lead(chain, v - p->u_min_volts, &y);
     chain->at.u_volts = u;
     chain->at.slewed_volts = v;
     chain->at.drive_volts = v;
@@ -172,6 +203,7 @@ static mdl_status start(mdl_chain *chain, mdl_real u)
     chain->at.hysteresis_um = y;
     mdl_lag_reset(&chain->at.lag);
     mdl_lag_reset(&chain->at.velocity);
+    mdl_lag_reset(&chain->at.speed);
     for (i = 0; i < MDL_CREEP_MODES_MAX; i++) {
         mdl_lag_reset(&chain->at.creep[i]);
     }
@@ -195,10 +227,37 @@ static mdl_real drive(mdl_chain *chain, mdl_real u)
     mdl_real v = saturated(chain, u);
     mdl_real before = chain->at.slewed_volts;
     if (acts(chain, MDL_BLOCK_SLEW)) {
-        v = mdl_slew(p->slew_step_volts, before, v);
+        v = mdl_slew(&p->slew, before, v);
     }
     chain->at.slewed_volts = v;
     return acts(chain, MDL_BLOCK_LAG) ? v + mdl_lag_step(&chain->at.lag, &p->lag, v - before) : v;
+}
+
+/* The trajectory with rate dependence: what each of its forms that act does to x and y. */
+static mdl_status with_rate(mdl_chain *chain, mdl_real x, mdl_real rise, mdl_real *y)
+{
+    const mdl_chain_params *p = chain->params;
+    mdl_real held = MDL_C(0.0);
+    mdl_real grown = MDL_C(0.0);
+    mdl_status status;
+    if (p->rate.threshold_volts > MDL_C(0.0) || p->rate.widening > MDL_C(0.0)) {
+        mdl_real g =
+            mdl_rate_law(&chain->at.speed, &p->rate, rise < MDL_C(0.0) ? -rise : rise);
+        mdl_real width = MDL_C(2.0) * p->rate.threshold_volts * g;
+        held = x - mdl_backlash_step(width, chain->at.gripped_volts, x);
+        x -= held;
+        chain->at.gripped_volts = x;
+        if (p->rate.widening > MDL_C(0.0)) {
+            grown = mdl_plays_step(&chain->at.plays, &chain->plays, x, p->rate.widening * g);
+        }
+    }
+    status = mdl_traj_step(&chain->traj, x, y);
+    /* The operator without a threshold, whose weight is f0'(0), follows all the same. */
+    *y += mdl_major_first_slope(&p->major) * held - grown;
+    if (p->rate.damping_um != MDL_C(0.0)) {
+        *y += p->rate.damping_um * mdl_rate_law(&chain->at.velocity, &p->rate, rise);
+    }
+    return status;
 }
 
 /* Hysteresis box: trajectory and rate dependence, or the model of Yang et al. */
@@ -206,29 +265,13 @@ static mdl_status hysteresis(mdl_chain *chain, mdl_real v, mdl_real *y)
 {
     const mdl_chain_params *p = chain->params;
     mdl_real x = v - p->u_min_volts;
-    mdl_real s = MDL_C(0.0);
-    mdl_real held = MDL_C(0.0);
-    mdl_status status;
+    mdl_real rise = v - chain->at.drive_volts;
+    chain->at.drive_volts = v;
     if (acts(chain, MDL_BLOCK_YANG)) {
-        chain->at.drive_volts = v;
         return mdl_yang_step(&chain->at.yang, p->yang, v, y);
     }
-    if (acts(chain, MDL_BLOCK_RATE)) {
-        mdl_real width;
-        s = mdl_rate_power(&chain->at.velocity, &p->rate, v - chain->at.drive_volts);
-        width = MDL_C(2.0) * p->rate.threshold_volts * (s < MDL_C(0.0) ? -s : s);
-        held = x - mdl_backlash_step(width, chain->at.gripped_volts, x);
-        x -= held;
-        chain->at.gripped_volts = x;
-    }
-    status = mdl_traj_step(&chain->traj, x, y);
-    if (acts(chain, MDL_BLOCK_RATE)) {
-        /* The operator without a threshold, whose weight is f0'(0), follows all the same. */
-        *y += mdl_major_first_slope(&p->major) * held;
-        *y += mdl_rate_added(&p->rate, &p->major, s, x, *y);
-    }
-    chain->at.drive_volts = v;
-    return status;
+    return acts(chain, MDL_BLOCK_RATE) ? with_rate(chain, x, rise, y)
+                                       : mdl_traj_step(&chain->traj, x, y);
 }
 
 /* Mechanics box: flexure modes, then backlash. The delay, which commutes, comes last. */

@@ -10,8 +10,11 @@
  *
  * The baseline predictor is the trajectory alone. Every other block is switched on by its bit. The
  * delay belongs to the input box; as it commutes with every box behind it, it acts on the
- * displacement, where interpolation does not blur turning points. A start from an unknown history
- * is made by stepping through that history, or by resuming a state.
+ * displacement, where interpolation does not blur turning points.
+ *
+ * At rest the drive has been at what it makes of u_max, and then of u_min: behind a saturation the
+ * hysteresis has not seen more. A start from an unknown history is made by leading it through that
+ * history, or by resuming a state.
  */
 #ifndef MDL_CHAIN_H
 #define MDL_CHAIN_H
@@ -19,6 +22,7 @@
 #include "mdl_delay.h"
 #include "mdl_drive.h"
 #include "mdl_mode.h"
+#include "mdl_plays.h"
 #include "mdl_rate.h"
 #include "mdl_traj.h"
 #include "mdl_yang.h"
@@ -49,7 +53,7 @@ typedef struct {
     uint16_t blocks;   /**< MDL_BLOCK_... that act; 0: the baseline */
     uint16_t substeps; /**< 1 to 64; the command is taken as linear between samples; 0 means 1 */
     mdl_saturation_params saturation;
-    mdl_real slew_step_volts; /**< largest change in a substep */
+    mdl_slew_params slew; /**< per substep */
     mdl_lag_params lag;
     mdl_rate_params rate;
     uint16_t creep_count;
@@ -70,7 +74,9 @@ typedef struct {
     mdl_real drive_volts;  /**< behind the input box */
     mdl_lag lag;
     mdl_lag velocity;
+    mdl_lag speed;
     mdl_real gripped_volts; /**< behind the play of the rate block, less u_min */
+    mdl_plays plays;
     mdl_yang yang;
     mdl_real hysteresis_um;
     mdl_lag creep[MDL_CREEP_MODES_MAX];
@@ -84,6 +90,7 @@ typedef struct {
 typedef struct {
     const mdl_chain_params *params;
     mdl_traj traj;
+    mdl_plays_params plays; /**< of f0 */
     uint16_t started; /**< 0: the next sample sets every dynamic state to equilibrium */
     mdl_chain_blocks at;
     mdl_delay delay;
@@ -98,6 +105,13 @@ mdl_status mdl_chain_init(mdl_chain *chain, const mdl_chain_params *params, mdl_
 
 /** Back to rest; the first sample then finds every dynamic state in equilibrium. */
 void mdl_chain_reset(mdl_chain *chain);
+
+/**
+ * At rest, before the first sample: leads the hysteresis alone to a command, V, as part of its
+ * history. The saturation acts on the way.
+ * @return as mdl_traj_step
+ */
+mdl_status mdl_chain_lead(mdl_chain *chain, mdl_real u_volts);
 
 /**
  * One sample: command in volts to displacement in um.

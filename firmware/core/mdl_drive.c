@@ -10,12 +10,34 @@ static mdl_real clamp(mdl_real v, mdl_real low, mdl_real high)
     return v > high ? high : v;
 }
 
+/* How far the drive follows beyond where its knee begins; excess >= 0, in volts. */
+static mdl_real followed(const mdl_saturation_params *params, mdl_real excess)
+{
+    mdl_real e = clamp(excess / params->knee_volts, MDL_C(0.0), MDL_C(1048576.0));
+    mdl_real p = params->knee_power;
+    mdl_real slowed = mdl_exp2(-mdl_log2(MDL_C(1.0) + mdl_power(e, p)) / p);
+    return params->knee_volts * e * slowed;
+}
+
+static mdl_real rounded(const mdl_saturation_params *params, mdl_real u)
+{
+    mdl_real top = params->high_volts - params->knee_volts;
+    mdl_real bottom = params->low_volts + params->knee_volts;
+    if (u > top) {
+        return top + followed(params, u - top);
+    }
+    return u < bottom ? bottom - followed(params, bottom - u) : u;
+}
+
 mdl_real mdl_saturation(const mdl_saturation_params *params, mdl_real u_volts)
 {
     mdl_real knee = params->knee_volts;
     mdl_real per_knee;
     if (!(knee > MDL_C(0.0))) {
         return clamp(u_volts, params->low_volts, params->high_volts);
+    }
+    if (params->knee_power > MDL_C(0.0)) {
+        return rounded(params, u_volts);
     }
     /* 20 knees away the result is the limit itself; without this a huge command would overflow. */
     u_volts = clamp(u_volts, params->low_volts - MDL_C(20.0) * knee,
@@ -25,7 +47,7 @@ mdl_real mdl_saturation(const mdl_saturation_params *params, mdl_real u_volts)
                              mdl_softplus((u_volts - params->high_volts) * per_knee));
 }
 
-mdl_real mdl_slew(mdl_real step_volts, mdl_real last_volts, mdl_real u_volts)
+mdl_real mdl_slew(const mdl_slew_params *params, mdl_real last_volts, mdl_real u_volts)
 {
-    return last_volts + clamp(u_volts - last_volts, -step_volts, step_volts);
+    return last_volts + clamp(u_volts - last_volts, -params->fall_volts, params->rise_volts);
 }

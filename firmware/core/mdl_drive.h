@@ -12,15 +12,25 @@ typedef struct {
     mdl_real high_volts;
     mdl_real low_volts;  /**< below high_volts */
     mdl_real knee_volts; /**< width of the soft knee, 0: hard */
+    mdl_real knee_power; /**< p of a knee that begins one width before the limit, 1 to 4; 0: none */
 } mdl_saturation_params;
 
+/** How far a slew-limited drive moves in one step, both > 0. */
+typedef struct {
+    mdl_real rise_volts;
+    mdl_real fall_volts;
+} mdl_slew_params;
+
 /**
- * Clipped voltage. Hard: u limited to [low, high]. Soft: u - knee ln(1 + exp((u - high) / knee))
- * and its mirror at the lower end; the deviation at the limit itself is knee * ln 2.
+ * Clipped voltage. Hard: u limited to [low, high]. Soft, without a power: u - knee ln(1 +
+ * exp((u - high) / knee)) and its mirror at the lower end; the deviation at the limit itself is
+ * knee * ln 2. With a power p: as it is up to high - knee, from there on by knee * e /
+ * (1 + e^p)^(1/p), e in knees, and its mirror; p = 2 is the algebraic knee, p = 1 near an
+ * exponential one, between 2 and 3 near a tanh.
  */
 mdl_real mdl_saturation(const mdl_saturation_params *params, mdl_real u_volts);
 
 /** The voltage that a slew-limited drive reaches from last_volts towards u in one step. */
-mdl_real mdl_slew(mdl_real step_volts, mdl_real last_volts, mdl_real u_volts);
+mdl_real mdl_slew(const mdl_slew_params *params, mdl_real last_volts, mdl_real u_volts);
 
 #endif

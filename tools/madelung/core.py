@@ -74,13 +74,14 @@ class Chain:
     shape
         (4, 4), um, see mdl_shape.h.
     saturation
-        high, low and knee, V.
+        high, low and knee, V, and the knee's power.
     slew_step_V
-        Largest change in a substep.
+        Largest rise and fall in a substep.
     lag
         decay and ramp.
     rate
-        decay and ramp of the velocity, v_scale, power, damping_um, widening.
+        decay and ramp of the velocity, v_scale, power, v_knee, at_knee, damping_um, widening,
+        threshold_volts.
     creep
         By mode: decay, ramp, gain.
     modes
@@ -97,8 +98,8 @@ class Chain:
 
     substeps: int = 1
     shape: tuple[tuple[float, ...], ...] | None = None
-    saturation: tuple[float, float, float] | None = None
-    slew_step_V: float | None = None
+    saturation: tuple[float, float, float, float] | None = None
+    slew_step_V: tuple[float, float] | None = None
     lag: tuple[float, float] | None = None
     rate: tuple[float, ...] | None = None
     creep: tuple[tuple[float, ...], ...] = ()
@@ -146,7 +147,7 @@ class Core:
         if chain.saturation is not None:
             lib.batch_set_saturation(batch, *chain.saturation)
         if chain.slew_step_V is not None:
-            lib.batch_set_slew(batch, chain.slew_step_V)
+            lib.batch_set_slew(batch, *chain.slew_step_V)
         if chain.lag is not None:
             lib.batch_set_lag(batch, *chain.lag)
         if chain.rate is not None:

@@ -256,7 +256,7 @@ def _blocks(chain: Chain) -> dict[str, Tree]:
     if chain.saturation is not None:
         found["SATURATION"] = {"saturation": _struct("saturation", _SATURATION, chain.saturation)}
     if chain.slew_step_V is not None:
-        found["SLEW"] = {"slew_step_volts": literal(chain.slew_step_V, "slew_step_volts")}
+        found["SLEW"] = {"slew": _struct("slew", _SLEW, chain.slew_step_V)}
     if chain.lag is not None:
         found["LAG"] = {"lag": _struct("lag", _LAG, chain.lag)}
     if chain.rate is not None:
@@ -285,8 +285,9 @@ def _blocks(chain: Chain) -> dict[str, Tree]:
 
 
 _LAG = ("decay", "ramp")
-_RATE = ("v_scale", "power", "damping_um", "widening", "threshold_volts")
-_SATURATION = ("high_volts", "low_volts", "knee_volts")
+_RATE = ("v_scale", "power", "v_knee", "at_knee", "damping_um", "widening", "threshold_volts")
+_SATURATION = ("high_volts", "low_volts", "knee_volts", "knee_power")
+_SLEW = ("rise_volts", "fall_volts")
 
 
 def _struct(what: str, names: Iterable[str], values: Iterable[float]) -> Tree:

@@ -58,14 +58,15 @@ class SignalPath:
         Coefficients of the major ascending curve, um / V^k, ascending, at most degree 7.
     shape
         (4, 4), um: terms s'^j m'^k, row k - 1, column j - 1 (mdl_shape.h).
-    high_V, low_V, knee_V
-        Saturation of the drive.
-    slew_V_per_s
-        Slew limit, 0: none.
+    high_V, low_V, knee_V, knee_power
+        Saturation of the drive; the power makes another knee (mdl_drive.h).
+    slew_V_per_s, slew_fall_V_per_s
+        Slew limit, 0: none; for falling commands, 0: the same.
     corner_hz
         Amplifier lag, 0: none.
-    damping_um, widening, threshold_V, power, v_ref_V_per_s, velocity_tau_s
-        Rate dependence (mdl_rate.h); the last filters the velocity.
+    damping_um, widening, threshold_V, power, v_ref_V_per_s, v_knee, velocity_tau_s
+        Rate dependence (mdl_rate.h); the knee is in units of the reference, the last filters the
+        velocity.
     creep, modes
         Creep ladder, flexure modes.
     dead_band_um
@@ -85,13 +86,16 @@ class SignalPath:
     high_V: float = UNLIMITED_V
     low_V: float = -UNLIMITED_V
     knee_V: float = 0.0
+    knee_power: float = 0.0
     slew_V_per_s: float = 0.0
+    slew_fall_V_per_s: float = 0.0
     corner_hz: float = 0.0
     damping_um: float = 0.0
     widening: float = 0.0
     threshold_V: float = 0.0
     power: float = 1.0
     v_ref_V_per_s: float = 1.0
+    v_knee: float = 0.0
     velocity_tau_s: float = 0.0
     creep: tuple[CreepMode, ...] = field(default=())
     modes: tuple[Mode, ...] = field(default=())
@@ -167,8 +171,8 @@ def discretise(path: SignalPath, step_s: float, substeps: int | None = None) -> 
     return Chain(
         substeps=n,
         shape=path.shape,
-        saturation=(path.high_V, path.low_V, path.knee_V) if limited else None,
-        slew_step_V=path.slew_V_per_s * inner_s if path.slew_V_per_s else None,
+        saturation=(path.high_V, path.low_V, path.knee_V, path.knee_power) if limited else None,
+        slew_step_V=_slew(path, inner_s) if path.slew_V_per_s else None,
         lag=_lag(1 / (2 * np.pi * path.corner_hz), inner_s) if path.corner_hz else None,
         rate=_rate(path, inner_s) if path.has_rate else None,
         creep=tuple((*_lag(m.tau_s, inner_s), m.gain) for m in path.creep),
@@ -190,6 +194,11 @@ def _lag(tau_s: float, step_s: float) -> tuple[float, float]:
     return _flushed(decay), _flushed(ramp)
 
 
+def _slew(path: SignalPath, step_s: float) -> tuple[float, float]:
+    fall_V_per_s = path.slew_fall_V_per_s or path.slew_V_per_s
+    return path.slew_V_per_s * step_s, fall_V_per_s * step_s
+
+
 def _rate(path: SignalPath, step_s: float) -> tuple[float, ...]:
     tau_s = max(path.velocity_tau_s, VELOCITY_SAMPLES * step_s)
     scale = -1.0 / (tau_s * path.v_ref_V_per_s)
@@ -197,6 +206,8 @@ def _rate(path: SignalPath, step_s: float) -> tuple[float, ...]:
         *_lag(tau_s, step_s),
         scale,
         path.power,
+        path.v_knee,
+        path.v_knee**path.power,
         path.damping_um,
         path.widening,
         path.threshold_V,
@@ -220,8 +231,8 @@ def _flushed(value: float) -> float:
 
 _FIELDS = {
     "delay": ("delay_s", "substeps_min"),
-    "saturation": ("high_V", "low_V", "knee_V"),
-    "slew_limit": ("slew_V_per_s",),
+    "saturation": ("high_V", "low_V", "knee_V", "knee_power"),
+    "slew_limit": ("slew_V_per_s", "slew_fall_V_per_s"),
     "amplifier_lag": ("corner_hz",),
     "rate_dependence": (
         "damping_um",
@@ -229,6 +240,7 @@ _FIELDS = {
         "threshold_V",
         "power",
         "v_ref_V_per_s",
+        "v_knee",
         "velocity_tau_s",
     ),
     "backlash": ("dead_band_um",),
@@ -237,7 +249,15 @@ _FIELDS = {
 """Fields of `SignalPath` that are the parameters of an effect, under the same names."""
 _SHAPED = {"asymmetry": (1, 3), "non_masing": (2, 4)}
 """Powers of the middle: odd ones break the central symmetry, even ones bend minor loops alone."""
-_SECONDARY = ("knee_V", "power", "v_ref_V_per_s", "velocity_tau_s", "substeps_min")
+_SECONDARY = (
+    "knee_V",
+    "knee_power",
+    "power",
+    "v_ref_V_per_s",
+    "v_knee",
+    "velocity_tau_s",
+    "substeps_min",
+)
 """Parameters that do nothing by themselves."""
 
 

@@ -96,15 +96,16 @@ void batch_set_substeps(batch *b, uint16_t substeps)
     b->params.substeps = substeps;
 }
 
-void batch_set_saturation(batch *b, mdl_real high_volts, mdl_real low_volts, mdl_real knee_volts)
+void batch_set_saturation(batch *b, mdl_real high_volts, mdl_real low_volts, mdl_real knee_volts,
+                          mdl_real knee_power)
 {
-    b->params.saturation = (mdl_saturation_params){high_volts, low_volts, knee_volts};
+    b->params.saturation = (mdl_saturation_params){high_volts, low_volts, knee_volts, knee_power};
     switch_on(b, MDL_BLOCK_SATURATION);
 }
 
-void batch_set_slew(batch *b, mdl_real step_volts)
+void batch_set_slew(batch *b, mdl_real rise_volts, mdl_real fall_volts)
 {
-    b->params.slew_step_volts = step_volts;
+    b->params.slew = (mdl_slew_params){rise_volts, fall_volts};
     switch_on(b, MDL_BLOCK_SLEW);
 }
 
@@ -115,10 +116,11 @@ void batch_set_lag(batch *b, mdl_real decay, mdl_real ramp)
 }
 
 void batch_set_rate(batch *b, mdl_real decay, mdl_real ramp, mdl_real v_scale, mdl_real power,
-                    mdl_real damping_um, mdl_real widening, mdl_real threshold_volts)
+                    mdl_real v_knee, mdl_real at_knee, mdl_real damping_um, mdl_real widening,
+                    mdl_real threshold_volts)
 {
-    b->params.rate =
-        (mdl_rate_params){{decay, ramp}, v_scale, power, damping_um, widening, threshold_volts};
+    b->params.rate = (mdl_rate_params){
+        {decay, ramp}, v_scale, power, v_knee, at_knee, damping_um, widening, threshold_volts};
     switch_on(b, MDL_BLOCK_RATE);
 }
 
@@ -217,9 +219,8 @@ int32_t batch_set_yang(batch *b, uint16_t count, uint16_t two_side, const mdl_re
 void batch_history(batch *b, const mdl_real *u_volts, size_t n)
 {
     size_t i;
-    mdl_real y;
     for (i = 0; i < n; i++) {
-        mdl_traj_step(&b->chain.traj, u_volts[i] - b->params.u_min_volts, &y);
+        (void)mdl_chain_lead(&b->chain, u_volts[i]);
     }
 }
 

@@ -36,11 +36,13 @@ void batch_clear_blocks(batch *b);
 
 /** Each sets a block's parameters (see mdl_chain_params) and switches it on. */
 void batch_set_substeps(batch *b, uint16_t substeps);
-void batch_set_saturation(batch *b, mdl_real high_volts, mdl_real low_volts, mdl_real knee_volts);
-void batch_set_slew(batch *b, mdl_real step_volts);
+void batch_set_saturation(batch *b, mdl_real high_volts, mdl_real low_volts, mdl_real knee_volts,
+                          mdl_real knee_power);
+void batch_set_slew(batch *b, mdl_real rise_volts, mdl_real fall_volts);
 void batch_set_lag(batch *b, mdl_real decay, mdl_real ramp);
 void batch_set_rate(batch *b, mdl_real decay, mdl_real ramp, mdl_real v_scale, mdl_real power,
-                    mdl_real damping_um, mdl_real widening, mdl_real threshold_volts);
+                    mdl_real v_knee, mdl_real at_knee, mdl_real damping_um, mdl_real widening,
+                    mdl_real threshold_volts);
 int32_t batch_set_creep(batch *b, uint16_t count, const mdl_real *decay, const mdl_real *ramp,
                         const mdl_real *gain);
 int32_t batch_set_modes(batch *b, uint16_t count, const mdl_real *phi, const mdl_real *gamma,
@@ -65,7 +67,7 @@ int32_t batch_set_yang(batch *b, uint16_t count, uint16_t two_side, const mdl_re
 /** Back to rest at u_min. */
 void batch_reset(batch *b);
 
-/** Leads the hysteresis alone through n voltages: the history before a record begins. */
+/** Leads the hysteresis alone through n commands (mdl_chain_lead): what was before a record. */
 void batch_history(batch *b, const mdl_real *u_volts, size_t n);
 
 /**

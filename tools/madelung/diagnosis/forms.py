@@ -20,7 +20,7 @@ from madelung.path import CreepMode, Mode, SignalPath
 Array = NDArray[np.float64]
 Values = Mapping[str, float]
 
-CREEP_TAU_S = tuple(float(10.0**k) for k in np.arange(-2.0, 3.01, 0.5))
+CREEP_TAU_S = tuple(float(10.0**k) for k in np.arange(-2.5, 3.01, 0.5))
 CREEP_STEP = 0.0015
 """Neighbouring creep modes are expected to differ by about this share (log-like spectrum)."""
 LINES_MAX = 3
@@ -112,6 +112,8 @@ def _input_forms(s: Scales) -> list[Form]:
     high = Param("high_V", s.u_min_V + 0.5 * s.range_V, top + 0.2 * s.range_V, scale=s.range_V)
     low = Param("low_V", s.u_min_V - 0.2 * s.range_V, s.u_min_V + 0.5 * s.range_V, scale=s.range_V)
     knee = Param("knee_V", 1e-3 * s.range_V, 0.15 * s.range_V, log=True)
+    begins = Param("knee_V", 1e-3 * s.range_V, 0.5 * s.range_V, log=True)
+    sharp = Param("knee_power", 1.0, 4.0, scale=1.0)
     shares = (0.01, 0.03, 0.07, 0.12, 0.2)
 
     def saturation(path: SignalPath, v: Values) -> SignalPath:
@@ -119,26 +121,24 @@ def _input_forms(s: Scales) -> list[Form]:
             high_V=v.get("high_V", path.high_V),
             low_V=v.get("low_V", path.low_V),
             knee_V=v.get("knee_V", 0.0),
+            knee_power=v.get("knee_power", 0.0),
         )
 
-    def ends(*keys: str, knees: tuple[float, ...] = (0.0,)) -> Starts:
-        at = {"high_V": lambda d: top - d * s.range_V, "low_V": lambda d: s.u_min_V + d * s.range_V}
-        return lambda _: [
-            {k: at[k](d) for k in keys} | ({"knee_V": w * s.range_V} if w else {})
-            for d in shares
-            for w in knees
-        ]
+    at = {"high_V": lambda d: top - d * s.range_V, "low_V": lambda d: s.u_min_V + d * s.range_V}
 
-    def clip(name: str, *params: Param) -> Form:
-        keys = tuple(p.key for p in params if p.key != "knee_V")
-        knees = (0.01, 0.05) if knee in params else (0.0,)
+    def clip(name: str, ends: tuple[Param, ...], *knees: Param) -> Form:
+        starts = [{p.key: at[p.key](d) for p in ends} for d in shares]
+        if knees:
+            starts = [v | {"knee_V": w * s.range_V} for v in starts for w in (0.01, 0.05)]
+        if sharp in knees:
+            starts = [v | {"knee_power": 2.0} for v in starts]
         return Form(
             "saturation",
             name,
-            params,
-            ends(*keys, knees=knees),
+            (*ends, *knees),
+            lambda _: starts,
             path=saturation,
-            refines=knee in params,
+            refines=bool(knees),
         )
 
     def delay(name: str, substeps: int) -> Form:
@@ -151,23 +151,34 @@ def _input_forms(s: Scales) -> list[Form]:
             path=lambda path, v: path.but(delay_s=v["delay_s"], substeps_min=substeps),
         )
 
+    def limit(key: str) -> Param:
+        return Param(key, 1e-3 * s.rate_max_V_per_s, s.rate_max_V_per_s, log=True)
+
+    slews = [s.rate_max_V_per_s * float(k) for k in np.geomspace(0.02, 0.98, 14)]
     return [
         delay("smooth command", 1),
         delay("command linear between samples", 4),
-        clip("hard, high end", high),
-        clip("hard, low end", low),
-        clip("hard, both ends", high, low),
-        clip("soft, high end", high, knee),
-        clip("soft, low end", low, knee),
-        clip("soft, both ends", high, low, knee),
+        *(
+            clip(f"{kind}, {name}", ends, *knees)
+            for kind, knees in (("hard", ()), ("soft", (knee,)), ("rounded", (begins, sharp)))
+            for name, ends in (("high end", (high,)), ("low end", (low,)), ("both ends", (high, low)))
+        ),
         Form(
             "slew_limit",
             "slew limit",
-            (Param("slew_V_per_s", 1e-3 * s.rate_max_V_per_s, s.rate_max_V_per_s, log=True),),
-            lambda _: [
-                {"slew_V_per_s": s.rate_max_V_per_s * k} for k in np.geomspace(0.02, 0.98, 14)
-            ],
+            (limit("slew_V_per_s"),),
+            lambda _: [{"slew_V_per_s": v} for v in slews],
             path=lambda path, v: path.but(slew_V_per_s=v["slew_V_per_s"]),
+        ),
+        Form(
+            "slew_limit",
+            "of its own for falling commands",
+            (limit("slew_V_per_s"), limit("slew_fall_V_per_s")),
+            lambda _: [{"slew_V_per_s": v, "slew_fall_V_per_s": v} for v in slews],
+            path=lambda path, v: path.but(
+                slew_V_per_s=v["slew_V_per_s"], slew_fall_V_per_s=v["slew_fall_V_per_s"]
+            ),
+            refines=True,
         ),
         Form(
             "amplifier_lag",
@@ -208,7 +219,8 @@ def _shape_form(
 
 
 def _hysteresis_forms(s: Scales) -> list[Form]:
-    power = Param("power", 0.25, 2.0, null=1.0)
+    power = Param("power", 0.1, 2.0, null=1.0)
+    v_knee = Param("v_knee", 1e-3, 3.0, log=True)
     tau = Param("velocity_tau_s", 0.05 * s.step_min_s, 100 * s.step_min_s, log=True)
     v_ref = max(0.3 * s.rate_max_V_per_s, 1e-6)
 
@@ -217,17 +229,38 @@ def _hysteresis_forms(s: Scales) -> list[Form]:
             **{key: v[key]},
             power=v["power"],
             v_ref_V_per_s=v_ref,
+            v_knee=v.get("v_knee", 0.0),
             velocity_tau_s=v["velocity_tau_s"],
         )
 
-    def rate_starts(key: str, size: float) -> Starts:
-        return lambda _: [
-            {key: size, "power": p, "velocity_tau_s": s.step_min_s} for p in (0.3, 0.6, 1.0, 1.5)
+    def rate_forms(name: str, size: Param, start: float) -> list[Form]:
+        starts = [
+            {size.key: start, "power": p, "velocity_tau_s": s.step_min_s}
+            for p in (0.3, 0.6, 1.0, 1.5)
+        ]
+        kneed = [v | {"v_knee": k} for v in starts[1:3] for k in (0.03, 0.3)]
+        return [
+            Form(
+                "rate_dependence",
+                name,
+                (size, power, tau),
+                lambda _: starts,
+                path=rate(size.key),
+            ),
+            Form(
+                "rate_dependence",
+                f"{name}, straight below a knee",
+                (size, power, tau, v_knee),
+                lambda _: kneed,
+                path=rate(size.key),
+                refines=True,
+            ),
         ]
 
     # Loops widen with the rate: the displacement lags behind, whatever the law.
     damping = Param("damping_um", -0.2 * s.stroke_um, 0.0, scale=s.stroke_um)
     widening = Param("widening", 0.0, 5.0)
+    threshold = Param("threshold_V", 0.0, 0.3 * s.range_V, scale=0.1 * s.range_V)
     memoryless = ((1, 1), (1, 3), (3, 1))
     branches = ((1, 1), (2, 1), (3, 1), (1, 3), (2, 3))
     minor = ((1, 2), (2, 2), (3, 2), (1, 4))
@@ -240,27 +273,9 @@ def _hysteresis_forms(s: Scales) -> list[Form]:
         _shape_form("asymmetry", "memoryless, with minor loops", (*memoryless, *minor), s, True),
         _shape_form("asymmetry", "branches, with minor loops", (*branches, *minor), s, True),
         _shape_form("non_masing", "minor loops", minor, s),
-        Form(
-            "rate_dependence",
-            "velocity damping",
-            (damping, power, tau),
-            rate_starts("damping_um", -0.01 * s.stroke_um),
-            path=rate("damping_um"),
-        ),
-        Form(
-            "rate_dependence",
-            "widening",
-            (widening, power, tau),
-            rate_starts("widening", 0.1),
-            path=rate("widening"),
-        ),
-        Form(
-            "rate_dependence",
-            "thresholds",
-            (Param("threshold_V", 0.0, 0.3 * s.range_V, scale=0.1 * s.range_V), power, tau),
-            rate_starts("threshold_V", 0.01 * s.range_V),
-            path=rate("threshold_V"),
-        ),
+        *rate_forms("velocity damping", damping, -0.01 * s.stroke_um),
+        *rate_forms("thresholds grow by a share", widening, 0.1),
+        *rate_forms("thresholds grow by a voltage", threshold, 0.01 * s.range_V),
         Form(
             "initial_state",
             "unknown peak",

@@ -1,0 +1,55 @@
+#include "mdl_plays.h"
+
+#include <string.h>
+
+void mdl_plays_make(mdl_plays_params *params, const mdl_major *major)
+{
+    mdl_real step = major->range_volts / (mdl_real)(MDL_PLAYS_MAX + 1);
+    mdl_real left = major->at_zero_um;
+    mdl_real middle = mdl_major_eval(major, step);
+    uint16_t i;
+    for (i = 0; i < MDL_PLAYS_MAX; i++) {
+        mdl_real x = step * (mdl_real)(i + 1u);
+        mdl_real right = mdl_major_eval(major, x + step);
+        params->half_volts[i] = MDL_C(0.5) * x;
+        params->weight[i] = ((right - middle) - (middle - left)) / step;
+        left = middle;
+        middle = right;
+    }
+}
+
+void mdl_plays_reset(mdl_plays *plays, const mdl_plays_params *params)
+{
+    memcpy(plays->still_volts, params->half_volts, sizeof plays->still_volts);
+    memcpy(plays->grown_volts, params->half_volts, sizeof plays->grown_volts);
+}
+
+MDL_INLINE mdl_real play(mdl_real at, mdl_real x, mdl_real half)
+{
+    mdl_real low = x - half;
+    mdl_real high = x + half;
+    at = at > low ? at : low;
+    return at < high ? at : high;
+}
+
+mdl_real mdl_plays_step(mdl_plays *plays, const mdl_plays_params *params, mdl_real x_volts,
+                        mdl_real grow)
+{
+    /* A loop without a sum, and four sums side by side: a PC computes several at once. */
+    mdl_real held[MDL_PLAYS_MAX];
+    mdl_real sum[4] = {MDL_C(0.0), MDL_C(0.0), MDL_C(0.0), MDL_C(0.0)};
+    mdl_real scale = MDL_C(1.0) + grow;
+    uint16_t i;
+    for (i = 0; i < MDL_PLAYS_MAX; i++) {
+        mdl_real half = params->half_volts[i];
+        mdl_real still = play(plays->still_volts[i], x_volts, half);
+        mdl_real grown = play(plays->grown_volts[i], x_volts, half * scale);
+        plays->still_volts[i] = still;
+        plays->grown_volts[i] = grown;
+        held[i] = params->weight[i] * (still - grown);
+    }
+    for (i = 0; i < MDL_PLAYS_MAX; i++) {
+        sum[i % 4u] += held[i];
+    }
+    return (sum[0] + sum[1]) + (sum[2] + sum[3]);
+}

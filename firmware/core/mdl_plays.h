@@ -1,0 +1,44 @@
+/**
+ * @file mdl_plays.h
+ * @brief Play operators with the weights of f0, whose thresholds grow with the rate: how far the
+ *        displacement is held back.
+ *
+ * f0 of Madelung's rules is the major curve of play operators, Cao & Li 2019, eqs. (16)-(17):
+ * f0(x) = f0(0) + w_0 x + sum w_i max(0, x - 2 r_i). Here there are two sets of them. In one the
+ * half widths stay r_i, in the other they are r_i (1 + grow), the dynamic thresholds of
+ * rate-dependent Prandtl-Ishlinskii models. The difference of their sums is what the growth takes
+ * from the displacement, so that what few operators lack of f0 drops out.
+ */
+#ifndef MDL_PLAYS_H
+#define MDL_PLAYS_H
+
+#include "mdl_major.h"
+
+/** Operators made from a major curve: their half widths are evenly spaced. */
+typedef struct {
+    mdl_real half_volts[MDL_PLAYS_MAX]; /**< r_i */
+    mdl_real weight[MDL_PLAYS_MAX];     /**< w_i, um / volts */
+} mdl_plays_params;
+
+/** State: where the operators of both sets are, volts. */
+typedef struct {
+    mdl_real still_volts[MDL_PLAYS_MAX];
+    mdl_real grown_volts[MDL_PLAYS_MAX];
+} mdl_plays;
+
+/** Half widths and weights from f0; its shape, if it has one, is left out. */
+void mdl_plays_make(mdl_plays_params *params, const mdl_major *major);
+
+/** At rest at x = 0, to which the input has come down from the whole range. */
+void mdl_plays_reset(mdl_plays *plays, const mdl_plays_params *params);
+
+/**
+ * One sample.
+ * @param x_volts  input, finite
+ * @param grow     share by which the thresholds have grown, >= 0
+ * @return displacement held back, um
+ */
+mdl_real mdl_plays_step(mdl_plays *plays, const mdl_plays_params *params, mdl_real x_volts,
+                        mdl_real grow);
+
+#endif
