@@ -151,9 +151,7 @@ def _input_forms(s: Scales) -> list[Form]:
             path=lambda path, v: path.but(delay_s=v["delay_s"], substeps_min=substeps),
         )
 
-    def limit(key: str) -> Param:
-        return Param(key, 1e-3 * s.rate_max_V_per_s, s.rate_max_V_per_s, log=True)
-
+    slew = Param("slew_V_per_s", 1e-3 * s.rate_max_V_per_s, s.rate_max_V_per_s, log=True)
     slews = [s.rate_max_V_per_s * float(k) for k in np.geomspace(0.02, 0.98, 14)]
     return [
         delay("smooth command", 1),
@@ -166,17 +164,22 @@ def _input_forms(s: Scales) -> list[Form]:
         Form(
             "slew_limit",
             "slew limit",
-            (limit("slew_V_per_s"),),
+            (slew,),
             lambda _: [{"slew_V_per_s": v} for v in slews],
             path=lambda path, v: path.but(slew_V_per_s=v["slew_V_per_s"]),
         ),
         Form(
             "slew_limit",
-            "of its own for falling commands",
-            (limit("slew_V_per_s"), limit("slew_fall_V_per_s")),
-            lambda _: [{"slew_V_per_s": v, "slew_fall_V_per_s": v} for v in slews],
+            "unequal, about a geometric mean",
+            (slew, Param("rise_over_fall", 0.3, 3.0, log=True)),
+            lambda _: [
+                {"slew_V_per_s": v, "rise_over_fall": r}
+                for v in slews[::3]
+                for r in (0.7, 0.85, 0.95, 1.05, 1.15, 1.4)
+            ],
             path=lambda path, v: path.but(
-                slew_V_per_s=v["slew_V_per_s"], slew_fall_V_per_s=v["slew_fall_V_per_s"]
+                slew_V_per_s=v["slew_V_per_s"] * v["rise_over_fall"] ** 0.5,
+                slew_fall_V_per_s=v["slew_V_per_s"] / v["rise_over_fall"] ** 0.5,
             ),
             refines=True,
         ),

@@ -231,14 +231,16 @@ class Engine:
         others = {k: v for k, v in fit.values.items() if k not in form.keys}
         kept = {k: v for k, v in fit.values.items() if k in form.keys}
 
-        def worth(values: dict[str, float]) -> float:
-            return probe.gain(probe.difference((*rest, form), values))
+        def worth(values: dict[str, float]) -> tuple[float, float]:
+            change = probe.difference((*rest, form), values)
+            return probe.gain(change), probe.fall(change)
 
         from_start = [others | start for start in form.starts(self.problem.scales)]
         starts = [s for s in from_start if all(k in s for k in form.keys)]
         starts += [start | kept for start in from_start if kept]
-        gains = self._map(worth, starts)
-        best = sorted(range(len(starts)), key=lambda i: (-gains[i], i))[:EXCHANGE_TRIES]
+        worths = self._map(worth, starts)
+        by_gain, by_fall = (sorted(range(len(starts)), key=lambda i: -worths[i][k]) for k in (0, 1))
+        best = list(dict.fromkeys([*by_gain[:EXCHANGE_TRIES], *by_fall[:1]]))
         rough = min(
             self._map(lambda i: self.problem.fit(forms, starts[i], fit.beta, 3), best),
             key=lambda f: f.cost,
