@@ -27,7 +27,9 @@ static mdl_status check_saturation(const mdl_saturation_params *p)
     return judge(v, COUNT(v),
                  p->low_volts < p->high_volts && p->knee_volts >= MDL_C(0.0) &&
                      (p->knee_power == MDL_C(0.0) ||
-                      (p->knee_power >= MDL_C(1.0) && p->knee_power <= MDL_C(4.0))));
+                      (p->knee_power >= MDL_C(1.0) && p->knee_power <= MDL_C(32.0) &&
+                       p->knee_volts > MDL_C(0.0) &&
+                       p->knee_volts <= MDL_C(0.5) * (p->high_volts - p->low_volts))));
 }
 
 static mdl_status check_slew(const mdl_slew_params *p)
@@ -80,6 +82,14 @@ static mdl_status check_modes(const mdl_chain_params *p)
     return status;
 }
 
+static mdl_status check_backlash(const mdl_chain_params *p)
+{
+    const mdl_real v[] = {p->dead_band_um, p->spring_share};
+    return judge(v, COUNT(v),
+                 p->dead_band_um >= MDL_C(0.0) && p->spring_share >= MDL_C(0.0) &&
+                     p->spring_share <= MDL_C(1.0));
+}
+
 static mdl_status check_yang(const mdl_chain_params *p)
 {
     return p->yang != 0 ? mdl_yang_check(p->yang) : MDL_ERR_PARAMETER;
@@ -101,7 +111,7 @@ static mdl_status check_blocks(const mdl_chain_params *p)
     CHECK(MDL_BLOCK_YANG, check_yang(p))
     CHECK(MDL_BLOCK_CREEP, check_creep(p))
     CHECK(MDL_BLOCK_MODES, check_modes(p))
-    CHECK(MDL_BLOCK_BACKLASH, judge(&p->dead_band_um, 1, p->dead_band_um >= MDL_C(0.0)))
+    CHECK(MDL_BLOCK_BACKLASH, check_backlash(p))
     CHECK(MDL_BLOCK_DELAY, judge(p->delay.weight, COUNT(p->delay.weight), 1))
     CHECK(MDL_BLOCK_GAIN, judge(sensor, COUNT(sensor), 1))
 #undef CHECK
@@ -186,6 +196,12 @@ static mdl_real creep(mdl_chain *chain, mdl_real y)
     return y + slow;
 }
 
+/* Behind the gap: what its play leaves, and what a spring carries across of y. */
+static mdl_real across(const mdl_chain *chain, mdl_real y)
+{
+    return chain->at.target_um + chain->params->spring_share * (y - chain->at.target_um);
+}
+
 /* Every dynamic state in equilibrium at u, which was reached from u_min without a turn. */
 static mdl_status start(mdl_chain *chain, mdl_real u)
 {
@@ -214,8 +230,9 @@ static mdl_status start(mdl_chain *chain, mdl_real u)
     }
     chain->at.target_um =
         acts(chain, MDL_BLOCK_BACKLASH) ? mdl_backlash_start(p->dead_band_um, y) : y;
-    mdl_delay_reset(&chain->delay, chain->at.target_um);
-    chain->at.delayed_um = chain->at.target_um;
+    y = across(chain, y);
+    mdl_delay_reset(&chain->delay, y);
+    chain->at.delayed_um = y;
     chain->started = 1;
     return status;
 }
@@ -286,10 +303,10 @@ static void mechanics(mdl_chain *chain, mdl_real y)
             y += mdl_mode_step(&chain->at.mode[i], &p->mode[i], rise);
         }
     }
-    chain->at.target_um = acts(chain, MDL_BLOCK_BACKLASH)
-                              ? mdl_backlash_step(p->dead_band_um, chain->at.target_um, y)
-                              : y;
-    y = chain->at.target_um;
+    if (acts(chain, MDL_BLOCK_BACKLASH)) {
+        chain->at.target_um = mdl_backlash_step(p->dead_band_um, chain->at.target_um, y);
+        y = across(chain, y);
+    }
     chain->at.delayed_um =
         acts(chain, MDL_BLOCK_DELAY) ? mdl_delay_step(&chain->delay, &p->delay, y) : y;
 }

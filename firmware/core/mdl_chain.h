@@ -61,6 +61,7 @@ typedef struct {
     uint16_t mode_count;
     mdl_mode_params mode[MDL_MODES_MAX];
     mdl_real dead_band_um;  /**< full width */
+    mdl_real spring_share;  /**< of the displacement that a spring carries across the gap, 0 to 1 */
     mdl_delay_params delay; /**< in substeps */
     mdl_real gain;
     mdl_real offset_um;
@@ -82,7 +83,7 @@ typedef struct {
     mdl_lag creep[MDL_CREEP_MODES_MAX];
     mdl_real crept_um;
     mdl_mode mode[MDL_MODES_MAX];
-    mdl_real target_um;  /**< behind the backlash */
+    mdl_real target_um;  /**< where the gap's play leaves the target, without the spring */
     mdl_real delayed_um; /**< behind the delay */
 } mdl_chain_blocks;
 

@@ -13,10 +13,13 @@ static mdl_real clamp(mdl_real v, mdl_real low, mdl_real high)
 /* How far the drive follows beyond where its knee begins; excess >= 0, in volts. */
 static mdl_real followed(const mdl_saturation_params *params, mdl_real excess)
 {
-    mdl_real e = clamp(excess / params->knee_volts, MDL_C(0.0), MDL_C(1048576.0));
+    mdl_real e = excess / params->knee_volts;
     mdl_real p = params->knee_power;
-    mdl_real slowed = mdl_exp2(-mdl_log2(MDL_C(1.0) + mdl_power(e, p)) / p);
-    return params->knee_volts * e * slowed;
+    mdl_real bits = e > MDL_C(1.0) ? p * mdl_log2(e) : MDL_C(0.0);
+    if (bits > MDL_C(30.0)) {
+        return params->knee_volts; /* the limit, to all digits; further e^p would overflow */
+    }
+    return excess * mdl_exp2(-mdl_log2(MDL_C(1.0) + mdl_power(e, p)) / p);
 }
 
 static mdl_real rounded(const mdl_saturation_params *params, mdl_real u)

@@ -29,8 +29,8 @@ from madelung.path import (
 PATH = SignalPath(-20.0, 160.0, (0.3, 0.08, 2e-4, -1e-6))
 FIELDS: dict[str, dict[str, Any]] = {
     "delay": {"delay_s": 3.21e-4},
-    "saturation": {"high_V": 101.3, "low_V": -3.7, "knee_V": 1.1},
-    "slew_limit": {"slew_V_per_s": 12345.0},
+    "saturation": {"high_V": 101.3, "low_V": -3.7, "knee_V": 1.1, "knee_power": 2.3},
+    "slew_limit": {"slew_V_per_s": 12345.0, "slew_fall_V_per_s": 9876.0},
     "amplifier_lag": {"corner_hz": 543.2},
     "asymmetry": {"shape": ((0.1, 0, 0, 0), (0, 0, 0, 0), (0, 0, 0.3, 0), (0, 0, 0, 0))},
     "rate_dependence": {"damping_um": -0.05, "power": 0.7, "v_ref_V_per_s": 1e4},
@@ -46,6 +46,7 @@ FULL = PATH.but(**{k: v for fields in FIELDS.values() for k, v in fields.items()
     substeps_min=5,
     widening=0.1,
     threshold_V=0.3,
+    v_knee=0.07,
     velocity_tau_s=2e-4,
 )
 SKEW = Block("clock_skew", "clock skew", {"skew_ppm": 120.0})
@@ -86,6 +87,7 @@ def test_all_effects_come_back_from_a_file(tmp_path: Path) -> None:
 
 def test_what_does_nothing_is_no_block() -> None:
     idle = PATH.but(knee_V=1.0, power=0.5, v_ref_V_per_s=3.0, substeps_min=4)
+    idle = idle.but(knee_power=2.0, v_knee=0.1, slew_fall_V_per_s=500.0)
     assert path_to_blocks(idle) == ()
     assert discretise(PATH, STEP_S) == discretise(path_of(augmented_model(PATH, 140.0)), STEP_S)
 
@@ -94,6 +96,12 @@ def test_parameters_that_are_not_given_have_their_defaults() -> None:
     data = BASE | {"blocks": [block("saturation", high_V=90), block("resonance", modes=[MODE])]}
     path = path_of(model_from_json(data))
     assert path == PATH.but(high_V=90.0, modes=(Mode(300.0, 0.02, 1.0),))
+
+
+def test_a_slew_limit_of_one_rate_is_the_same_for_falling_commands() -> None:
+    even, uneven = PATH.but(slew_V_per_s=500.0), PATH.but(slew_V_per_s=500.0, slew_fall_V_per_s=250)
+    steps = [discretise(path, STEP_S).slew_step_V for path in (even, uneven)]
+    assert steps == [(0.0125, 0.0125), (0.0125, 0.00625)]
 
 
 MODE = {"fn_hz": 300, "zeta": 0.02}
@@ -120,14 +128,20 @@ def block(effect: str, **parameters: object) -> dict[str, Any]:
         ([block("delay", delay_s=True)], "delay_s must hold finite numbers, found True"),
         ([block("delay", delay_ms=1)], "delay has no parameter 'delay_ms'"),
         ([block("saturation", high_V=1, low_V=2)], r"high_V must be above low_V \(2\)"),
+        ([block("saturation", high_V=9, knee_V=1, knee_power=33)], "knee_power = 33 must be"),
+        ([block("saturation", high_V=9, knee_V=1, knee_power=0.5)], "knee_power = 0.5 must be"),
         ([block("slew_limit", slew_V_per_s=0)], "slew_V_per_s = 0 must be 1e-09"),
+        ([block("slew_limit", slew_V_per_s=9, slew_fall_V_per_s=-1)], "= -1 must be 0"),
         ([block("amplifier_lag", corner_hz="50")], "corner_hz must hold finite numbers"),
         ([block("asymmetry", g21_um=1)], "asymmetry has no parameter 'g21_um'"),
         ([block("rate_dependence", damping_um=1)], "v_ref_V_per_s must hold finite"),
         ([block("rate_dependence", v_ref_V_per_s=1, power=5)], "power = 5 must be"),
+        ([block("rate_dependence", v_ref_V_per_s=1, widening=-1)], "widening = -1 must be 0"),
+        ([block("rate_dependence", v_ref_V_per_s=1, v_knee=-1)], "v_knee = -1 must be 0"),
         ([block("creep", modes={})], "creep: modes must be a list"),
         ([block("creep", modes=[{"tau_s": 0, "gain": 1}])], "creep: tau_s = 0 must be"),
         ([block("resonance", modes=[MODE | {"zeta": -0.1}])], "zeta = -0.1 must be 0"),
+        ([block("resonance", modes=[MODE | {"zeta": 10.1}])], "zeta = 10.1 must be 0"),
         ([block("backlash", dead_band_um=float("inf"))], "dead_band_um must hold finite"),
     ],
 )

@@ -10,14 +10,18 @@ import numpy as np
 import pytest
 from numpy.polynomial import polynomial
 from numpy.typing import NDArray
+from scipy.linalg import expm
 from scipy.signal import lsim
 
+from madelung.core import Precision
+from madelung.errors import InputError
 from madelung.path import (
     CreepMode,
     Mode,
     Runner,
     SignalPath,
     augmented_model,
+    mode_coefficients,
     predictor,
 )
 
@@ -40,12 +44,16 @@ BLOCKS = {
     "degree 7": PATH.but(f0=(0.3, 0.08, 2e-4, -1e-6, 3e-9, -2e-11, 1e-13, -3e-16)),
     "hard saturation": PATH.but(high_V=90.0, low_V=5.0),
     "soft saturation": PATH.but(high_V=90.0, low_V=5.0, knee_V=2.0),
+    "rounded saturation": PATH.but(high_V=90.0, low_V=5.0, knee_V=20.0, knee_power=2.5),
     "slew limit": PATH.but(slew_V_per_s=5000.0),
+    "unequal slew limit": PATH.but(slew_V_per_s=5000.0, slew_fall_V_per_s=3000.0),
     "lag": PATH.but(corner_hz=50.0),
     "shape": PATH.but(shape=SHAPE),
     "damping": PATH.but(damping_um=-0.1, **RATE),
     "widening": PATH.but(widening=0.2, **RATE),
     "thresholds": PATH.but(threshold_V=2.0, **RATE),
+    "damping with a knee": PATH.but(damping_um=-0.1, v_knee=0.05, **RATE),
+    "widening with a knee": PATH.but(widening=0.2, v_knee=0.05, **RATE),
     "creep": PATH.but(creep=tuple(CreepMode(tau, 0.01) for tau in TAUS_S)),
     "mode": PATH.but(modes=(Mode(300.0, 0.01),)),
     "two modes": PATH.but(modes=(Mode(300.0, 0.01, 0.9), Mode(3.0, 0.001, 0.1))),
@@ -56,7 +64,7 @@ BLOCKS = {
 }
 
 
-OTHERS = ("hard saturation", "mode", "delay of less than a sample")
+OTHERS = ("hard saturation", "soft saturation", "mode", "delay of less than a sample")
 
 
 def all_blocks() -> SignalPath:
@@ -122,6 +130,24 @@ def test_hysteresis_of_degree_7_is_its_polynomial() -> None:
     np.testing.assert_allclose(run(path, u), expected, rtol=0, atol=1e-13)
 
 
+THIRTEEN = (
+    0.3,
+    *(0.7 ** (k - 1) * (-1) ** (k // 2) * 0.08 / 90.0 ** (k - 1) for k in range(1, 14)),
+)
+
+
+def test_hysteresis_of_degree_13_is_its_polynomial_in_double_alone() -> None:
+    """The tools fit with it; the firmware's degree ends at 7."""
+    path = PATH.but(f0=THIRTEEN)
+    u = np.concatenate([np.linspace(0, 90, 500), np.linspace(90, 20, 400)])
+    top = polynomial.polyval(90.0, THIRTEEN)
+    down = top - polynomial.polyval(90.0 - u[500:], THIRTEEN) + THIRTEEN[0]
+    expected = np.concatenate([polynomial.polyval(u[:500], THIRTEEN), down])
+    np.testing.assert_allclose(run(path, u), expected, rtol=0, atol=1e-12)
+    with pytest.raises(InputError, match="f0: a parameter is out of its range"):
+        Runner(0.0, RANGE_V, "float32").run(path, u, STEP_S)
+
+
 def test_hard_saturation_clips() -> None:
     u = command()[1]
     expected = np.clip(u, 10.0, 70.0)
@@ -138,6 +164,57 @@ def test_soft_saturation_is_a_softplus_at_each_end() -> None:
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-7)
 
 
+@pytest.mark.parametrize("power", [1.0, 2.0, 2.5, 8.0, 32.0])
+def test_rounded_saturation_follows_its_formula(power: float) -> None:
+    u, knee = command()[1], 15.0
+
+    def followed(excess: Array) -> Array:
+        e = np.maximum(excess, 0.0) / knee
+        return knee * e / (1 + e**power) ** (1 / power)
+
+    low, high = 10.0 + knee, 70.0 - knee
+    expected = np.clip(u, low, high) + followed(u - high) - followed(low - u)
+    found = run(LINE.but(high_V=70.0, low_V=10.0, knee_V=knee, knee_power=power), u)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=5e-7)
+
+
+def test_behind_a_saturation_the_hysteresis_has_not_been_beyond() -> None:
+    """It rests where the drive stands at u_min, on the curve from where it stands at u_max."""
+    u = np.concatenate([np.linspace(0, 60, 300), np.linspace(60, 0, 300), np.linspace(0, 100, 300)])
+    u = np.append(u, np.linspace(100, 30, 300))
+
+    def swing(x: Array | float) -> Array:
+        return np.asarray(polynomial.polyval(x, PATH.f0) - PATH.f0[0])
+
+    drive = np.clip(u, 5.0, 90.0)
+    top = PATH.f0[0] + swing(90.0)
+    rest = top - swing(85.0)
+    up = rest + swing(drive - 5.0)
+    down = up[299] - swing(60.0 - drive[300:600])
+    expected = np.concatenate([up[:300], down, up[600:900], top - swing(90.0 - drive[900:])])
+    found = run(BLOCKS["hard saturation"], u)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12)
+    assert abs(rest - polynomial.polyval(5.0, PATH.f0)) > 0.01
+
+
+def test_a_saturation_acts_on_the_history_too() -> None:
+    u = command()[1] + 5.0
+    path = BLOCKS["hard saturation"]
+    found = Runner(0.0, RANGE_V).run(path, u, STEP_S, [95.0, 2.0])
+    np.testing.assert_array_equal(found, run(path, u))  # the whole drive is its rest's history
+    found = Runner(0.0, RANGE_V).run(path, u, STEP_S, [95.0, 30.0])
+    np.testing.assert_array_equal(found, Runner(0.0, RANGE_V).run(path, u, STEP_S, [90.0, 30.0]))
+
+
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+@pytest.mark.parametrize("name", ["hard saturation", "rounded saturation"])
+def test_a_predictor_rests_where_a_runner_does(name: str, precision: Precision) -> None:
+    u = command()[1]
+    path = BLOCKS[name]
+    made = predictor(augmented_model(path, RANGE_V), precision, STEP_S, float(u[0]))
+    np.testing.assert_array_equal(made.run(u), Runner(0.0, RANGE_V, precision).run(path, u, STEP_S))
+
+
 def test_slew_limit_turns_a_step_into_a_ramp() -> None:
     u = np.repeat([0.0, 60.0, 20.0], [3, 300, 300])
     t = np.arange(u.size) * STEP_S
@@ -145,6 +222,16 @@ def test_slew_limit_turns_a_step_into_a_ramp() -> None:
     down = np.maximum(20.0, 60.0 - 4000.0 * (t - t[302]))
     expected = np.where(np.arange(u.size) < 303, up, down)
     found = run(LINE.but(slew_V_per_s=4000.0), u)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9)
+
+
+def test_slew_limit_may_fall_at_another_rate() -> None:
+    u = np.repeat([0.0, 60.0, 20.0], [3, 300, 600])
+    t = np.arange(u.size) * STEP_S
+    up = np.minimum(60.0, 4000.0 * np.maximum(t - t[2], 0.0))
+    down = np.maximum(20.0, 60.0 - 1000.0 * (t - t[302]))
+    expected = np.where(np.arange(u.size) < 303, up, down)
+    found = run(LINE.but(slew_V_per_s=4000.0, slew_fall_V_per_s=1000.0), u)
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9)
 
 
@@ -180,6 +267,32 @@ def test_modes_are_second_order_systems(rate_hz: float) -> None:
         expected += share * lsim(([w**2], [1.0, 2 * zeta * w, w**2]), u, t)[1]
     path = LINE.but(modes=(Mode(300.0, 0.01, 0.9), Mode(700.0, 0.05, 0.1)))
     np.testing.assert_allclose(run(path, u, 1 / rate_hz), expected, rtol=0, atol=1e-8)
+
+
+@pytest.mark.parametrize("zeta", [0.0, 0.7, 1.0, 1.0 + 1e-9, 1.3, 10.0])
+@pytest.mark.parametrize("rate_hz", [1000.0, 10_000.0])
+def test_modes_of_any_damping(zeta: float, rate_hz: float) -> None:
+    """Also where the two poles are real, and where they meet."""
+    t = np.arange(2000) / rate_hz
+    u = 40 - 40 * np.cos(2 * np.pi * 0.003 * rate_hz * t)
+    w = 2 * np.pi * 300.0
+    expected = lsim(([w**2], [1.0, 2 * zeta * w, w**2]), u, t)[1]
+    found = run(LINE.but(modes=(Mode(300.0, zeta),)), u, 1 / rate_hz)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-7)
+
+
+@pytest.mark.parametrize("fn_hz", [0.1, 30.0, 3000.0])
+@pytest.mark.parametrize("zeta", [0.0, 0.02, 0.999, 1.0, 1.001, 3.0, 10.0])
+def test_a_mode_is_exact_between_samples(fn_hz: float, zeta: float) -> None:
+    """Against the exponential of its matrix."""
+    w = 2 * np.pi * fn_hz
+    system = np.zeros((3, 3))
+    system[:2, :2] = [[0.0, w], [-w, -2 * zeta * w]]
+    system[0, 2] = -1.0 / STEP_S
+    exact = expm(system * STEP_S)
+    phi, gamma = mode_coefficients(fn_hz, zeta, STEP_S)
+    np.testing.assert_allclose(phi, exact[:2, :2] - np.eye(2), rtol=0, atol=1e-11)
+    np.testing.assert_allclose(gamma, exact[:2, 2], rtol=0, atol=1e-11)
 
 
 def test_backlash_loses_its_dead_band_at_every_turn() -> None:
@@ -250,15 +363,73 @@ def test_damping_adds_a_power_of_the_rate(v_V_per_s: float) -> None:
     np.testing.assert_allclose(found[settled], added[settled], rtol=2e-8, atol=1e-12)
 
 
-def test_widening_scales_the_distance_from_the_middle_of_the_major_loop() -> None:
-    u, sign = ramps(2000.0)
-    y = run(PATH, u)
-    f = [polynomial.polyval(x, PATH.f0) - PATH.f0[0] for x in (u, RANGE_V, RANGE_V - u)]
-    middle = PATH.f0[0] + (f[0] + f[1] - f[2]) / 2
-    added = 0.2 * (2000.0 / 5000.0) ** 0.7 * (y - middle)
-    found = run(PATH.but(widening=0.2, **RATE), u) - y
+@pytest.mark.parametrize("v_V_per_s", [100.0, 2000.0])
+@pytest.mark.parametrize(("power", "v_knee"), [(0.7, 0.05), (0.1, 0.01), (1.5, 2.0)])
+def test_a_law_with_a_knee_follows_its_formula(
+    v_V_per_s: float, power: float, v_knee: float
+) -> None:
+    u, sign = ramps(v_V_per_s)
+    law = (v_V_per_s / 5000.0 + v_knee) ** power - v_knee**power
+    path = PATH.but(damping_um=-0.1, power=power, v_ref_V_per_s=5000.0, v_knee=v_knee)
+    found = run(path, u) - run(PATH, u)
     settled = settled_rows(sign)
-    np.testing.assert_allclose(found[settled], added[settled], rtol=0, atol=1e-8)
+    np.testing.assert_allclose(found[settled], -0.1 * law * sign[settled], rtol=0, atol=1e-8)
+
+
+def substepped(u: Array) -> tuple[Array, Array]:
+    """A command between its samples, and the rises of its parts: the rate block takes four."""
+    parts = np.linspace(u[:-1], u[1:], 4, endpoint=False).ravel()
+    fine = np.append(parts, u[-1])
+    return fine, np.diff(fine, prepend=fine[0])
+
+
+def speeds(rises: Array, step_s: float, tau_s: float) -> Array:
+    """Their sizes over the step, V/s, behind a pole."""
+    found = np.zeros_like(rises)
+    for i in range(1, rises.size):
+        settled = -np.expm1(-step_s / tau_s)
+        found[i] = found[i - 1] + settled * (abs(rises[i]) / step_s - found[i - 1])
+    return found
+
+
+@pytest.mark.parametrize(("v_knee", "tau_s"), [(0.0, 0.0), (0.05, 0.0), (0.05, 1e-3)])
+def test_widening_is_a_loop_over_plays_with_growing_thresholds(v_knee: float, tau_s: float) -> None:
+    """Of 32 operators with the weights of f0, at knots of a 33rd of the range."""
+    u = command()[1]
+    knots = np.linspace(0.0, RANGE_V, 34)
+    weights = np.diff(polynomial.polyval(knots, PATH.f0), 2) / knots[1]
+    half = knots[1:-1] / 2
+    fine, rises = substepped(u)
+    inner_s = STEP_S / 4
+    v = speeds(rises, inner_s, tau_s or inner_s / 2) / 5000.0
+    grow = 0.2 * ((v + v_knee) ** 0.7 - v_knee**0.7)
+    still = grown = half
+    held = np.empty(fine.size)
+    for i, x in enumerate(fine):
+        still = np.clip(still, x - half, x + half)
+        wide = half * (1 + grow[i])
+        grown = np.clip(grown, x - wide, x + wide)
+        held[i] = weights @ (still - grown)
+    path = PATH.but(widening=0.2, v_knee=v_knee, velocity_tau_s=tau_s, **RATE)
+    assert np.ptp(held) > 0.02
+    np.testing.assert_allclose(run(path, u), run(PATH, u) - held[::4], rtol=0, atol=1e-8)
+
+
+@pytest.mark.parametrize("v_knee", [0.0, 0.05])
+def test_thresholds_take_the_speed_which_stays_where_the_command_turns(v_knee: float) -> None:
+    """On a straight line without its first operator: a play of that width."""
+    u = command()[1]
+    fine, rises = substepped(u)
+    inner_s = STEP_S / 4
+    v = speeds(rises, inner_s, 1e-3) / 5000.0
+    later = 2.0 * ((v + v_knee) ** 0.7 - v_knee**0.7)
+    x = np.zeros(fine.size)
+    for i in range(1, fine.size):
+        x[i] = np.clip(x[i - 1], fine[i] - later[i], fine[i] + later[i])
+    bare = PATH.but(f0=(0.3, 0.0, 8e-4))
+    path = bare.but(threshold_V=2.0, v_knee=v_knee, velocity_tau_s=1e-3, **RATE)
+    turns = run(bare, x, inner_s)
+    np.testing.assert_allclose(run(path, u), turns[::4], rtol=0, atol=1e-8)
 
 
 @pytest.mark.parametrize("v_V_per_s", [100.0, 2000.0])

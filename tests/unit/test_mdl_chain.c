@@ -16,6 +16,7 @@
 #include "mdl_major.h"
 #include "mdl_mode.h"
 #include "mdl_pi.h"
+#include "mdl_plays.h"
 #include "mdl_power.h"
 #include "mdl_rate.h"
 #include "mdl_shape.h"
@@ -57,13 +58,17 @@ static void use_everything(void)
     params.saturation.low_volts = MDL_C(-2.0);
     params.saturation.high_volts = MDL_C(5.0);
     params.saturation.knee_volts = MDL_C(0.25);
-    params.slew_step_volts = MDL_C(0.75);
+    params.slew.rise_volts = MDL_C(0.75);
+    params.slew.fall_volts = MDL_C(0.5);
     params.lag = slow;
     params.rate.filter = slow;
     params.rate.v_scale = MDL_C(-1.0);
     params.rate.power = MDL_C(0.5);
+    params.rate.v_knee = MDL_C(4.0);
+    params.rate.at_knee = MDL_C(2.0);
     params.rate.damping_um = MDL_C(0.125);
-    params.rate.widening = MDL_C(0.0625);
+    params.rate.widening = MDL_C(0.5);
+    params.rate.threshold_volts = MDL_C(0.25);
     params.creep_count = 2;
     params.mode_count = 2;
     for (i = 0; i < 2u; i++) {
@@ -161,12 +166,16 @@ void test_init_refuses_what_no_block_can_run_with(void)
     mdl_real *reals[] = {&params.saturation.low_volts,
                          &params.saturation.high_volts,
                          &params.saturation.knee_volts,
-                         &params.slew_step_volts,
+                         &params.saturation.knee_power,
+                         &params.slew.rise_volts,
+                         &params.slew.fall_volts,
                          &params.lag.decay,
                          &params.lag.ramp,
                          &params.rate.filter.decay,
                          &params.rate.v_scale,
                          &params.rate.power,
+                         &params.rate.v_knee,
+                         &params.rate.at_knee,
                          &params.rate.damping_um,
                          &params.rate.widening,
                          &params.rate.threshold_volts,
@@ -184,7 +193,12 @@ void test_init_refuses_what_no_block_can_run_with(void)
         mdl_real value;
     } bad[] = {{&params.saturation.low_volts, MDL_C(5.0)},
                {&params.saturation.knee_volts, MDL_C(-0.5)},
-               {&params.slew_step_volts, MDL_C(0.0)},
+               {&params.saturation.knee_power, MDL_C(-1.0)},
+               {&params.saturation.knee_power, MDL_C(0.5)},
+               {&params.saturation.knee_power, MDL_C(32.5)},
+               {&params.slew.rise_volts, MDL_C(0.0)},
+               {&params.slew.fall_volts, MDL_C(0.0)},
+               {&params.slew.fall_volts, MDL_C(-0.5)},
                {&params.lag.decay, MDL_C(-0.5)},
                {&params.lag.decay, MDL_C(1.5)},
                {&params.lag.ramp, MDL_C(-0.5)},
@@ -192,6 +206,8 @@ void test_init_refuses_what_no_block_can_run_with(void)
                {&params.rate.filter.ramp, MDL_C(1.5)},
                {&params.rate.power, MDL_C(0.0)},
                {&params.rate.power, MDL_C(4.5)},
+               {&params.rate.v_knee, MDL_C(-0.5)},
+               {&params.rate.widening, MDL_C(-0.5)},
                {&params.rate.threshold_volts, MDL_C(-0.5)},
                {&params.creep[0].lag.decay, MDL_C(2.0)},
                {&params.dead_band_um, MDL_C(-0.5)}};
@@ -256,10 +272,121 @@ void test_saturation(void)
     STEP(0.5, 3.5, MDL_OK);
 }
 
+void test_saturation_with_a_rounded_knee(void)
+{
+    use_line(MDL_BLOCK_SATURATION);
+    params.saturation.low_volts = MDL_C(-2.0);
+    params.saturation.high_volts = MDL_C(4.0);
+    params.saturation.knee_volts = MDL_C(2.0);
+    params.saturation.knee_power = MDL_C(1.0);
+    start();
+    STEP(1.0, 4.0, MDL_OK);
+    STEP(4.0, 6.0, MDL_OK);  /* 1 + (3 + 2) */
+    STEP(-2.0, 2.0, MDL_OK); /* 1 + (-1 + 2) */
+}
+
+static const mdl_real square[] = {MDL_C(0.0), MDL_C(0.0), MDL_C(1.0)};
+
+/* On f0 = x^2, with a drive of x = 1 to 5. */
+static void use_clipped_square(void)
+{
+    use(square, 2, MDL_BLOCK_SATURATION);
+    params.saturation.low_volts = MDL_C(-1.0);
+    params.saturation.high_volts = MDL_C(3.0);
+}
+
+void test_behind_a_saturation_the_hysteresis_rests_where_it_has_been_led(void)
+{
+    /* At x = 1, on the curve that came down from x = 5: 25 - 4^2. */
+    use_clipped_square();
+    start();
+    STEP(-2.0, 9.0, MDL_OK);
+    STEP(0.0, 10.0, MDL_OK); /* x = 2, one volt above */
+    STEP(6.0, 25.0, MDL_OK); /* x = 5: the loop is closed, on the curve from 25 downwards again */
+    STEP(1.0, 21.0, MDL_OK);
+    STEP(-2.0, 9.0, MDL_OK);
+    mdl_chain_reset(&chain);
+    STEP(1.0, 13.0, MDL_OK); /* x = 3, 2 above where it rests */
+}
+
+void test_a_saturation_beyond_the_range_leaves_the_rest_as_it_is(void)
+{
+    use(square, 2, MDL_BLOCK_SATURATION);
+    params.saturation.low_volts = MDL_C(-3.0);
+    params.saturation.high_volts = MDL_C(7.0);
+    start();
+    STEP(-2.0, 0.0, MDL_OK);
+    STEP(1.0, 9.0, MDL_OK);
+    STEP(6.0, 64.0, MDL_OK);
+}
+
+void test_lead_is_the_history_of_the_hysteresis(void)
+{
+    use(square, 2, MDL_BLOCK_GAIN);
+    params.gain = MDL_C(1.0);
+    start();
+    ASSERT_STATUS(MDL_OK, mdl_chain_lead(&chain, MDL_C(5.0)));
+    ASSERT_STATUS(MDL_OK, mdl_chain_lead(&chain, MDL_C(-1.0)));
+    STEP(1.0, 17.0, MDL_OK); /* 49 - 6^2 at x = 1, 2^2 above it */
+    STEP(5.0, 49.0, MDL_OK);
+    STEP(4.0, 48.0, MDL_OK);
+}
+
+void test_lead_says_what_the_trajectory_says(void)
+{
+    start();
+    ASSERT_STATUS(MDL_EXTRAPOLATED, mdl_chain_lead(&chain, MDL_C(7.0)));
+    ASSERT_STATUS(MDL_CLAMPED, mdl_chain_lead(&chain, MDL_C(1e6)));
+    ASSERT_STATUS(MDL_OK, mdl_chain_lead(&chain, MDL_C(2.0)));
+}
+
+void test_the_saturation_acts_on_the_history(void)
+{
+    use_clipped_square();
+    start();
+    ASSERT_STATUS(MDL_OK, mdl_chain_lead(&chain, MDL_C(6.0)));
+    ASSERT_STATUS(MDL_OK, mdl_chain_lead(&chain, MDL_C(0.0)));
+    STEP(0.0, 16.0, MDL_OK); /* at x = 2, down from 5: 25 - 3^2 */
+    STEP(1.0, 17.0, MDL_OK);
+}
+
+void test_history_leaves_every_dynamic_state_at_rest(void)
+{
+    mdl_real first, y;
+    uint16_t i;
+    use_everything();
+    start();
+    (void)mdl_chain_lead(&chain, MDL_C(4.5));
+    (void)mdl_chain_lead(&chain, MDL_C(0.5));
+    (void)mdl_chain_lead(&chain, MDL_C(3.0));
+    ASSERT_STATUS(MDL_OK, mdl_chain_step(&chain, MDL_C(1.0), &first));
+    for (i = 0; i < 20u; i++) {
+        ASSERT_STATUS(MDL_OK, mdl_chain_step(&chain, MDL_C(1.0), &y));
+        ASSERT_REAL(first, y);
+    }
+}
+
+void test_lead_refuses_what_is_not_finite_and_changes_nothing(void)
+{
+    mdl_chain before;
+    int i;
+    use(square, 2, MDL_BLOCK_RATE);
+    params.rate.power = MDL_C(1.0);
+    params.rate.widening = MDL_C(0.25);
+    start();
+    (void)mdl_chain_lead(&chain, MDL_C(3.0));
+    before = chain;
+    for (i = 0; i < 3; i++) {
+        ASSERT_STATUS(MDL_ERR_NOT_FINITE, mdl_chain_lead(&chain, mdl_test_not_finite(i)));
+        TEST_ASSERT_EQUAL_MEMORY(&before, &chain, sizeof chain);
+    }
+}
+
 void test_slew_limit_per_substep(void)
 {
     use_line(MDL_BLOCK_SLEW);
-    params.slew_step_volts = MDL_C(1.0);
+    params.slew.rise_volts = MDL_C(1.0);
+    params.slew.fall_volts = MDL_C(0.5);
     params.substeps = 2;
     start();
     STEP(0.0, 3.0, MDL_OK); /* the first sample is in equilibrium */
@@ -267,6 +394,7 @@ void test_slew_limit_per_substep(void)
     STEP(5.0, 7.0, MDL_OK);
     STEP(5.0, 8.0, MDL_OK);
     STEP(4.0, 7.0, MDL_OK); /* two of 0.5 V */
+    STEP(0.0, 6.0, MDL_OK); /* also here: it falls by less than it rises */
 }
 
 void test_amplifier_lag(void)
@@ -284,7 +412,8 @@ void test_amplifier_lag(void)
 void test_the_lag_follows_what_the_slew_limit_lets_through(void)
 {
     use_line(MDL_BLOCK_SLEW | MDL_BLOCK_LAG);
-    params.slew_step_volts = MDL_C(2.0);
+    params.slew.rise_volts = MDL_C(2.0);
+    params.slew.fall_volts = MDL_C(2.0);
     params.lag.decay = MDL_C(0.75);
     params.lag.ramp = MDL_C(0.5);
     start();
@@ -293,19 +422,143 @@ void test_the_lag_follows_what_the_slew_limit_lets_through(void)
     STEP(4.0, 5.75, MDL_OK); /* 4 V, e = -1/4 - 1 */
 }
 
-void test_rate_dependence_is_added_behind_the_trajectory(void)
+/* v is the rise of a sample: none is kept of the one before. */
+static void use_rise_as_velocity(mdl_real power)
 {
-    use_line(MDL_BLOCK_RATE);
     params.rate.filter.decay = MDL_C(1.0);
     params.rate.filter.ramp = MDL_C(1.0);
     params.rate.v_scale = MDL_C(-1.0);
-    params.rate.power = MDL_C(2.0);
+    params.rate.power = power;
+}
+
+void test_damping_is_added_behind_the_trajectory(void)
+{
+    use_line(MDL_BLOCK_RATE);
+    use_rise_as_velocity(MDL_C(2.0));
     params.rate.damping_um = MDL_C(0.5);
     start();
     STEP(0.0, 3.0, MDL_OK);
     STEP(2.0, 7.0, MDL_OK); /* 5 + 0.5 * 2^2 */
     STEP(2.0, 5.0, MDL_OK);
     STEP(1.0, 3.5, MDL_OK); /* 4 - 0.5 * 1 */
+}
+
+void test_damping_by_a_law_with_a_knee(void)
+{
+    use_line(MDL_BLOCK_RATE);
+    use_rise_as_velocity(MDL_C(0.5));
+    params.rate.v_knee = MDL_C(1.0);
+    params.rate.at_knee = MDL_C(1.0);
+    params.rate.damping_um = MDL_C(0.5);
+    start();
+    STEP(0.0, 3.0, MDL_OK);
+    STEP(3.0, 6.5, MDL_OK); /* 6 + 0.5 * (sqrt(3 + 1) - 1) */
+    STEP(3.0, 6.0, MDL_OK);
+    STEP(0.0, 2.5, MDL_OK);
+}
+
+/* v is half of the rise, and of what is left of it before. */
+static void use_half_of_the_velocity(void)
+{
+    params.rate.filter.decay = MDL_C(0.5);
+    params.rate.filter.ramp = MDL_C(0.5);
+    params.rate.v_scale = MDL_C(-1.0);
+    params.rate.power = MDL_C(1.0);
+}
+
+void test_damping_takes_the_signed_velocity(void)
+{
+    use_line(MDL_BLOCK_RATE);
+    use_half_of_the_velocity();
+    params.rate.damping_um = MDL_C(0.5);
+    start();
+    STEP(-2.0, 1.0, MDL_OK);
+    STEP(2.0, 6.0, MDL_OK);  /* v = 2 */
+    STEP(2.0, 5.5, MDL_OK);  /* v = 1 */
+    STEP(0.0, 2.75, MDL_OK); /* v = 1/2 - 1 */
+}
+
+void test_thresholds_take_the_speed(void)
+{
+    use(square, 2, MDL_BLOCK_RATE);
+    use_half_of_the_velocity();
+    params.rate.threshold_volts = MDL_C(0.25);
+    start();
+    STEP(-2.0, 0.0, MDL_OK);
+    STEP(2.0, 12.25, MDL_OK);   /* a speed of 2: half a volt behind x = 4 */
+    STEP(2.0, 14.0625, MDL_OK); /* a speed of 1: a quarter */
+    /* A speed of 1/2 + 1/2, where the velocity is 0: a quarter of a volt above x = 3. */
+    STEP(1.0, 14.0625 - 0.5 * 0.5, MDL_OK);
+}
+
+/* What the chain's play operators hold back, on f0 = x^2, of x after a sample with this growth. */
+static mdl_plays_params plays_of_f0;
+static mdl_plays plays;
+
+static mdl_real held(mdl_real x, mdl_real grow)
+{
+    return mdl_plays_step(&plays, &plays_of_f0, x, grow);
+}
+
+static void use_widening(mdl_real widening)
+{
+    use(square, 2, MDL_BLOCK_RATE);
+    params.rate.widening = widening;
+    mdl_plays_make(&plays_of_f0, &params.major);
+    mdl_plays_reset(&plays, &plays_of_f0);
+}
+
+void test_widening_makes_the_thresholds_grow_with_the_speed(void)
+{
+    mdl_real first, turned;
+    use_widening(MDL_C(0.25));
+    use_half_of_the_velocity();
+    start();
+    STEP(-1.0, MDL_C(1.0) - held(MDL_C(1.0), MDL_C(0.0)), MDL_OK);
+    first = held(MDL_C(5.0), MDL_C(0.5)); /* a speed of 2 */
+    TEST_ASSERT_TRUE(first > MDL_C(0.0));
+    STEP(3.0, MDL_C(25.0) - first, MDL_OK);
+    turned = held(MDL_C(3.0), MDL_C(0.5)); /* of 1 + 1, where the velocity is 0 */
+    TEST_ASSERT_TRUE(turned < first);
+    STEP(1.0, MDL_C(21.0) - turned, MDL_OK);
+}
+
+void test_widening_after_a_history(void)
+{
+    use_widening(MDL_C(0.25));
+    use_rise_as_velocity(MDL_C(1.0));
+    start();
+    ASSERT_STATUS(MDL_OK, mdl_chain_lead(&chain, MDL_C(5.0)));
+    ASSERT_STATUS(MDL_OK, mdl_chain_lead(&chain, MDL_C(0.0)));
+    (void)held(MDL_C(7.0), MDL_C(0.0));
+    (void)held(MDL_C(2.0), MDL_C(0.0));
+    STEP(0.0, MDL_C(24.0) - held(MDL_C(2.0), MDL_C(0.0)), MDL_OK); /* 49 - 5^2 */
+    STEP(2.0, MDL_C(28.0) - held(MDL_C(4.0), MDL_C(0.5)), MDL_OK); /* 2^2 above */
+    STEP(0.0, MDL_C(24.0) - held(MDL_C(2.0), MDL_C(0.5)), MDL_OK);
+}
+
+void test_widening_behind_raised_thresholds(void)
+{
+    use_widening(MDL_C(0.125));
+    use_rise_as_velocity(MDL_C(1.0));
+    params.rate.threshold_volts = MDL_C(0.25);
+    start();
+    STEP(-2.0, -held(MDL_C(0.0), MDL_C(0.0)), MDL_OK);
+    STEP(2.0, MDL_C(9.0) - held(MDL_C(3.0), MDL_C(0.5)), MDL_OK); /* a rise of 4: one volt held */
+    STEP(2.0, MDL_C(16.0) - held(MDL_C(4.0), MDL_C(0.0)), MDL_OK);
+}
+
+void test_a_reset_takes_the_growth_back(void)
+{
+    use_widening(MDL_C(0.25));
+    use_half_of_the_velocity();
+    start();
+    STEP(-2.0, -held(MDL_C(0.0), MDL_C(0.0)), MDL_OK);
+    STEP(2.0, MDL_C(16.0) - held(MDL_C(4.0), MDL_C(0.5)), MDL_OK);
+    mdl_chain_reset(&chain);
+    mdl_plays_reset(&plays, &plays_of_f0);
+    STEP(0.0, MDL_C(4.0) - held(MDL_C(2.0), MDL_C(0.0)), MDL_OK);
+    STEP(0.0, MDL_C(4.0) - held(MDL_C(2.0), MDL_C(0.0)), MDL_OK); /* no speed is left */
 }
 
 void test_creep_follows_with_its_share(void)
@@ -370,12 +623,7 @@ void test_rate_can_raise_the_thresholds(void)
 {
     const mdl_real c[] = {MDL_C(1.0), MDL_C(2.0), MDL_C(1.0)};
     use(c, 2, MDL_BLOCK_RATE);
-    params.rate.filter.decay = MDL_C(1.0);
-    params.rate.filter.ramp = MDL_C(1.0);
-    params.rate.v_scale = MDL_C(-1.0);
-    params.rate.power = MDL_C(1.0);
-    params.rate.damping_um = MDL_C(0.0);
-    params.rate.widening = MDL_C(0.0);
+    use_rise_as_velocity(MDL_C(1.0));
     params.rate.threshold_volts = MDL_C(0.25);
     start();
     STEP(-2.0, 1.0, MDL_OK);

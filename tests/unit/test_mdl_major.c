@@ -70,7 +70,8 @@ void test_polynomials_that_are_refused(void)
         for (k = 0; k <= MDL_DEGREE_MAX; k++) {
             memcpy(c, ones, sizeof c);
             c[k] = mdl_test_not_finite(i);
-            REFUSED(MDL_ERR_NOT_FINITE, mdl_major_init_polynomial(&major, MDL_C(2.0), c, MDL_DEGREE_MAX));
+            REFUSED(MDL_ERR_NOT_FINITE,
+                    mdl_major_init_polynomial(&major, MDL_C(2.0), c, MDL_DEGREE_MAX));
         }
     }
 }

@@ -53,7 +53,7 @@ _FLAT = {
         "high_V": _Range(*_ANY, UNLIMITED_V),
         "low_V": _Range(*_ANY, -UNLIMITED_V),
         "knee_V": _Range(0.0, 1e6, 0.0),
-        "knee_power": _Range(0.0, 4.0, 0.0),
+        "knee_power": _Range(0.0, 32.0, 0.0),
     },
     "slew_limit": {
         "slew_V_per_s": _Range(*_POSITIVE),
@@ -75,7 +75,7 @@ _FLAT = {
         "start_peak_V": _Range(*_ANY),
         "start_dip_V": _Range(-UNLIMITED_V, UNLIMITED_V, UNLIMITED_V),
     },
-    "backlash": {"dead_band_um": _Range(0.0, 1e6)},
+    "backlash": {"dead_band_um": _Range(0.0, 1e6), "spring_share": _Range(0.0, 1.0, 0.0)},
     "gain_offset": {"gain": _Range(*_ANY, 1.0), "offset_um": _Range(*_ANY, 0.0)},
 }
 _MODES = {
@@ -141,6 +141,12 @@ def _checked(block: Block) -> Block:
         raise InputError(f"blocks: {name!r:.40} is no effect that the core runs")
     if name == "saturation" and not values["low_V"] < values["high_V"]:
         raise InputError(f"saturation: high_V must be above low_V ({values['low_V']:g})")
+    if name == "saturation" and values["knee_power"]:
+        wide = 0.5 * (values["high_V"] - values["low_V"])
+        if values["knee_power"] < 1.0 or not 0.0 < values["knee_V"] <= wide:
+            raise InputError(
+                f"saturation: with a knee_power, 1 to 32, knee_V must be above 0 and at most {wide:g}"
+            )
     return Block(name, block.model, values)
 
 

@@ -86,8 +86,8 @@ class Chain:
         By mode: decay, ramp, gain.
     modes
         By flexure mode: Phi - I (4, row by row), gamma (2), share.
-    dead_band_um
-        Backlash, full width.
+    backlash
+        Dead band, um, and the spring's share.
     delay
         Whole samples, and the four weights.
     gain
@@ -104,7 +104,7 @@ class Chain:
     rate: tuple[float, ...] | None = None
     creep: tuple[tuple[float, ...], ...] = ()
     modes: tuple[tuple[float, ...], ...] = ()
-    dead_band_um: float | None = None
+    backlash: tuple[float, float] | None = None
     delay: tuple[int, tuple[float, ...]] | None = None
     gain: tuple[float, float] | None = None
     yang: YangParams | None = None
@@ -152,8 +152,8 @@ class Core:
             lib.batch_set_lag(batch, *chain.lag)
         if chain.rate is not None:
             lib.batch_set_rate(batch, *chain.rate)
-        if chain.dead_band_um is not None:
-            lib.batch_set_backlash(batch, chain.dead_band_um)
+        if chain.backlash is not None:
+            lib.batch_set_backlash(batch, *chain.backlash)
         if chain.gain is not None:
             lib.batch_set_gain(batch, *chain.gain)
         self._set_arrays(chain)

@@ -272,8 +272,8 @@ def _blocks(chain: Chain) -> dict[str, Tree]:
             "mode_count": f"{len(chain.modes)}u",
             "mode": _array([_mode(m) for m in chain.modes]),
         }
-    if chain.dead_band_um is not None:
-        found["BACKLASH"] = {"dead_band_um": literal(chain.dead_band_um, "dead_band_um")}
+    if chain.backlash is not None:
+        found["BACKLASH"] = _struct("backlash", ("dead_band_um", "spring_share"), chain.backlash)
     if chain.delay is not None:
         whole, weights = chain.delay
         found["DELAY"] = {

@@ -69,8 +69,8 @@ class SignalPath:
         velocity.
     creep, modes
         Creep ladder, flexure modes.
-    dead_band_um
-        Backlash, full width.
+    dead_band_um, spring_share
+        Backlash, full width; share of the displacement that a spring carries across the gap.
     delay_s, substeps_min
         Pure delay; steps per sample in which the command is taken as linear, at least.
     gain, offset_um
@@ -100,6 +100,7 @@ class SignalPath:
     creep: tuple[CreepMode, ...] = field(default=())
     modes: tuple[Mode, ...] = field(default=())
     dead_band_um: float = 0.0
+    spring_share: float = 0.0
     delay_s: float = 0.0
     substeps_min: int = 1
     gain: float = 1.0
@@ -177,7 +178,7 @@ def discretise(path: SignalPath, step_s: float, substeps: int | None = None) -> 
         rate=_rate(path, inner_s) if path.has_rate else None,
         creep=tuple((*_lag(m.tau_s, inner_s), m.gain) for m in path.creep),
         modes=tuple(_mode(m, inner_s) for m in path.modes),
-        dead_band_um=path.dead_band_um or None,
+        backlash=(path.dead_band_um, path.spring_share) if path.dead_band_um else None,
         delay=_delay(path, inner_s) if path.delay_s > 0 else None,
         gain=(path.gain, path.offset_um) if path.gain != 1.0 or path.offset_um != 0.0 else None,
         yang=_yang(path, path.yang, inner_s) if path.yang is not None else None,
@@ -243,7 +244,7 @@ _FIELDS = {
         "v_knee",
         "velocity_tau_s",
     ),
-    "backlash": ("dead_band_um",),
+    "backlash": ("dead_band_um", "spring_share"),
     "gain_offset": ("gain", "offset_um"),
 }
 """Fields of `SignalPath` that are the parameters of an effect, under the same names."""
@@ -256,6 +257,7 @@ _SECONDARY = (
     "v_ref_V_per_s",
     "v_knee",
     "velocity_tau_s",
+    "spring_share",
     "substeps_min",
 )
 """Parameters that do nothing by themselves."""

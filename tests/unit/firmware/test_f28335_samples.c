@@ -14,6 +14,7 @@
 #include "mdl_mode.h"
 #include "mdl_params.h"
 #include "mdl_pi.h"
+#include "mdl_plays.h"
 #include "mdl_power.h"
 #include "mdl_rate.h"
 #include "mdl_shape.h"

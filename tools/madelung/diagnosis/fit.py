@@ -146,8 +146,12 @@ class Problem:
         u = np.interp(fine, np.arange(n), trace.u_V)
         # The blocks' own steps stay as they are: finer ones would pass for an effect.
         substeps = max(1, path.substeps // RESAMPLE_STEPS)
-        y = self.runner.run(path, u, trace.step_s / RESAMPLE_STEPS, history, substeps)
-        return np.interp(places, fine, y)
+        kept = self._local.__dict__.setdefault("fine", {})
+        key = (path, history.tobytes())  # the places change alone, from start to start
+        if kept.get(trace.name, (None,))[0] != key:
+            y = self.runner.run(path, u, trace.step_s / RESAMPLE_STEPS, history, substeps)
+            kept[trace.name] = (key, y)
+        return np.interp(places, fine, kept[trace.name][1])
 
     def measured(
         self, forms: Sequence[Form], values: dict[str, float], displaced: list[Array]

@@ -24,6 +24,10 @@ CREEP_TAU_S = tuple(float(10.0**k) for k in np.arange(-2.5, 3.01, 0.5))
 CREEP_STEP = 0.0015
 """Neighbouring creep modes are expected to differ by about this share (log-like spectrum)."""
 LINES_MAX = 3
+SKEW_MAX_PPM = 20_000.0
+SKEW_NEAR_PPM = 3000.0
+"""Within it, starts lie close together."""
+SKEW_STARTS = 160
 
 
 @dataclass(frozen=True)
@@ -110,17 +114,18 @@ def forms(s: Scales) -> list[Form]:
 def _input_forms(s: Scales) -> list[Form]:
     top = s.u_min_V + s.range_V
     high = Param("high_V", s.u_min_V + 0.5 * s.range_V, top + 0.2 * s.range_V, scale=s.range_V)
-    low = Param("low_V", s.u_min_V - 0.2 * s.range_V, s.u_min_V + 0.5 * s.range_V, scale=s.range_V)
+    low = Param("low_V", s.u_min_V - 0.2 * s.range_V, s.u_min_V + 0.45 * s.range_V, scale=s.range_V)
     knee = Param("knee_V", 1e-3 * s.range_V, 0.15 * s.range_V, log=True)
     begins = Param("knee_V", 1e-3 * s.range_V, 0.5 * s.range_V, log=True)
-    sharp = Param("knee_power", 1.0, 4.0, scale=1.0)
+    sharp = Param("knee_power", 1.0, 32.0, log=True)
     shares = (0.01, 0.03, 0.07, 0.12, 0.2)
 
     def saturation(path: SignalPath, v: Values) -> SignalPath:
+        high_V, low_V = v.get("high_V", path.high_V), v.get("low_V", path.low_V)
         return path.but(
-            high_V=v.get("high_V", path.high_V),
-            low_V=v.get("low_V", path.low_V),
-            knee_V=v.get("knee_V", 0.0),
+            high_V=high_V,
+            low_V=low_V,
+            knee_V=min(v.get("knee_V", 0.0), 0.49 * (high_V - low_V)),  # they must not meet
             knee_power=v.get("knee_power", 0.0),
         )
 
@@ -131,7 +136,8 @@ def _input_forms(s: Scales) -> list[Form]:
         if knees:
             starts = [v | {"knee_V": w * s.range_V} for v in starts for w in (0.01, 0.05)]
         if sharp in knees:
-            starts = [v | {"knee_power": 2.0} for v in starts]
+            wide = [v | {"knee_V": 0.4 * s.range_V} for v in starts[::2]]
+            starts = [v | {"knee_power": p} for v in (*starts, *wide) for p in (2.0, 8.0)]
         return Form(
             "saturation",
             name,
@@ -147,7 +153,7 @@ def _input_forms(s: Scales) -> list[Form]:
             "delay",
             name,
             (Param("delay_s", 0.0, longest, scale=s.step_min_s),),
-            lambda _: [{"delay_s": d} for d in np.geomspace(2e-5, longest / 2, 10)],
+            lambda _: [{"delay_s": d} for d in np.geomspace(2e-5, longest / 2, 20)],
             path=lambda path, v: path.but(delay_s=v["delay_s"], substeps_min=substeps),
         )
 
@@ -341,6 +347,8 @@ def _mechanics_forms(s: Scales) -> list[Form]:
             )
         )
 
+    band = Param("dead_band_um", 0.0, 0.2 * s.stroke_um, scale=0.1 * s.stroke_um)
+    bands = [s.stroke_um * float(k) for k in np.geomspace(3e-4, 0.05, 8)]
     grid = [
         {"fn1_hz": f, "zeta1": z}
         for f in np.geomspace(10.0, min(f_max, 3000.0), 40)
@@ -371,9 +379,19 @@ def _mechanics_forms(s: Scales) -> list[Form]:
         Form(
             "backlash",
             "dead band",
-            (Param("dead_band_um", 0.0, 0.2 * s.stroke_um, scale=0.1 * s.stroke_um),),
-            lambda _: [{"dead_band_um": s.stroke_um * k} for k in np.geomspace(3e-4, 0.05, 8)],
+            (band,),
+            lambda _: [{"dead_band_um": w} for w in bands],
             path=lambda path, v: path.but(dead_band_um=v["dead_band_um"]),
+        ),
+        Form(
+            "backlash",
+            "dead band, with a spring across it",
+            (band, Param("spring_share", 0.0, 0.5)),
+            lambda _: [{"dead_band_um": w, "spring_share": 0.1} for w in bands],
+            path=lambda path, v: path.but(
+                dead_band_um=v["dead_band_um"], spring_share=v["spring_share"]
+            ),
+            refines=True,
         ),
     ]
 
@@ -393,7 +411,11 @@ def _sensor_forms(s: Scales) -> list[Form]:
         Param("settle_um", -s.stroke_um, s.stroke_um, scale=s.stroke_um),
         Param("settle_s", 0.01 * s.length_max_s, 3 * s.length_max_s, log=True),
     )
-    skew = (Param("skew_ppm", -20000.0, 20000.0, scale=1000.0),)
+    skew = (Param("skew_ppm", -SKEW_MAX_PPM, SKEW_MAX_PPM, scale=1000.0),)
+    # Where the command jumps, a skew shows only to who is wrong by less than a sample at the end.
+    near = max(0.5e6 * s.step_min_s / s.length_max_s, 2 * SKEW_NEAR_PPM / SKEW_STARTS)
+    ppm = np.arange(-SKEW_NEAR_PPM, SKEW_NEAR_PPM + near, near)
+    skews = [{"skew_ppm": float(p)} for p in (*ppm, -SKEW_MAX_PPM / 2, SKEW_MAX_PPM / 2)]
 
     def drifted(y: Array, trace: Trace, v: Values) -> Array:
         t = trace.t_s
@@ -431,17 +453,15 @@ def _sensor_forms(s: Scales) -> list[Form]:
             "clock_skew",
             "smooth command",
             skew,
-            _null_start(skew),
+            lambda _: skews,
             measure=_later(lambda y, trace, v: cubic(y, places(trace, v))),
-            linear=True,
         ),
         Form(
             "clock_skew",
             "command linear between samples",
             skew,
-            _null_start(skew),
+            lambda _: skews,
             resample=places,
-            linear=True,
         ),
     ]
 

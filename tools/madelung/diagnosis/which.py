@@ -31,7 +31,7 @@ GAIN_MIN = 40.0
 HOPEFUL_SHARE = 0.5
 """Of `GAIN_MIN`, below which no other form of an effect is tried."""
 HOPELESS = 4000.0
-"""A fit whose cost is higher by this has no weight, under any noise and with any form."""
+"""A fit whose cost is higher by this has no weight, under any noise."""
 GAIN_PER_PARAM = 3.0
 SCREEN_MIN = 15.0
 SCREEN_SHARE = 1e-3
@@ -395,7 +395,8 @@ class Engine:
                 rest = tuple(f for f in fit.forms if f is not form)
                 values = {p.key: fit.values[p.key] for f in rest for p in f.params}
                 key = frozenset(f.effect for f in rest)
-                if key not in self.fits or self.fits[key].cost < fit.cost + HOPELESS:
+                have = self.fits.get(key)
+                if have is None or have.forms != rest or have.cost < fit.cost + HOPELESS:
                     self._keep(self.problem.fit(rest, values, fit.beta))
                 smaller.append(self.fits[key])
             needless = [s for s in smaller if not self.accepted(s, fit, null)]
