@@ -52,11 +52,11 @@ static mdl_status check_rate(const mdl_rate_params *p)
     const mdl_real v[] = {p->v_scale,    p->power,    p->v_knee,         p->at_knee,
                           p->damping_um, p->widening, p->threshold_volts};
     mdl_status status = check_lag(&p->filter);
-    return status != MDL_OK ? status
-                            : judge(v, COUNT(v),
-                                    p->power > MDL_C(0.0) && p->power <= MDL_C(4.0) &&
-                                        p->v_knee >= MDL_C(0.0) && p->widening >= MDL_C(0.0) &&
-                                        p->threshold_volts >= MDL_C(0.0));
+    return status != MDL_OK
+               ? status
+               : judge(v, COUNT(v),
+                       p->power > MDL_C(0.0) && p->power <= MDL_C(4.0) && p->v_knee >= MDL_C(0.0) &&
+                           p->widening >= MDL_C(0.0) && p->threshold_volts >= MDL_C(0.0));
 }
 
 static mdl_status check_creep(const mdl_chain_params *p)
@@ -153,6 +153,26 @@ static mdl_real saturated(const mdl_chain *chain, mdl_real u)
     return acts(chain, MDL_BLOCK_SATURATION) ? mdl_saturation(&chain->params->saturation, u) : u;
 }
 
+/*
+ * The command, limited to where the hysteresis is extrapolated to: the blocks before it, which are
+ * linear, would pass on a huge one for long, or overflow.
+ */
+static mdl_status limit(const mdl_chain *chain, mdl_real *u_volts)
+{
+    const mdl_chain_params *p = chain->params;
+    mdl_real low = p->u_min_volts - p->margin_volts;
+    mdl_real high = p->u_min_volts + (p->major.range_volts + p->margin_volts);
+    if (acts(chain, MDL_BLOCK_YANG)) {
+        low = p->yang->low_volts - p->yang->margin_volts;
+        high = p->yang->high_volts + p->yang->margin_volts;
+    }
+    if (*u_volts >= low && *u_volts <= high) {
+        return MDL_OK;
+    }
+    *u_volts = *u_volts < low ? low : high;
+    return MDL_CLAMPED;
+}
+
 /* The hysteresis alone, at rest, to a drive x above u_min. */
 static mdl_status lead(mdl_chain *chain, mdl_real x, mdl_real *y)
 {
@@ -162,8 +182,14 @@ static mdl_status lead(mdl_chain *chain, mdl_real x, mdl_real *y)
 
 mdl_status mdl_chain_lead(mdl_chain *chain, mdl_real u_volts)
 {
+    int status;
     mdl_real y;
-    return lead(chain, saturated(chain, u_volts) - chain->params->u_min_volts, &y);
+    if (!mdl_is_finite(u_volts - chain->params->u_min_volts)) {
+        return MDL_ERR_NOT_FINITE;
+    }
+    status = limit(chain, &u_volts);
+    status |= lead(chain, saturated(chain, u_volts) - chain->params->u_min_volts, &y);
+    return (mdl_status)status;
 }
 
 void mdl_chain_reset(mdl_chain *chain)
@@ -228,9 +254,11 @@ static mdl_status start(mdl_chain *chain, mdl_real u)
     for (i = 0; i < MDL_MODES_MAX; i++) {
         mdl_mode_reset(&chain->at.mode[i]);
     }
-    chain->at.target_um =
-        acts(chain, MDL_BLOCK_BACKLASH) ? mdl_backlash_start(p->dead_band_um, y) : y;
-    y = across(chain, y);
+    chain->at.target_um = y;
+    if (acts(chain, MDL_BLOCK_BACKLASH)) {
+        chain->at.target_um = mdl_backlash_start(p->dead_band_um, y);
+        y = across(chain, y);
+    }
     mdl_delay_reset(&chain->delay, y);
     chain->at.delayed_um = y;
     chain->started = 1;
@@ -258,8 +286,7 @@ static mdl_status with_rate(mdl_chain *chain, mdl_real x, mdl_real rise, mdl_rea
     mdl_real grown = MDL_C(0.0);
     mdl_status status;
     if (p->rate.threshold_volts > MDL_C(0.0) || p->rate.widening > MDL_C(0.0)) {
-        mdl_real g =
-            mdl_rate_law(&chain->at.speed, &p->rate, rise < MDL_C(0.0) ? -rise : rise);
+        mdl_real g = mdl_rate_law(&chain->at.speed, &p->rate, rise < MDL_C(0.0) ? -rise : rise);
         mdl_real width = MDL_C(2.0) * p->rate.threshold_volts * g;
         held = x - mdl_backlash_step(width, chain->at.gripped_volts, x);
         x -= held;
@@ -328,26 +355,6 @@ static mdl_real measured(const mdl_chain *chain)
         y = p->gain * (y - p->major.at_zero_um) + p->major.at_zero_um + p->offset_um;
     }
     return y;
-}
-
-/*
- * The command, limited to where the hysteresis is extrapolated to: the blocks before it, which are
- * linear, would pass on a huge one for long, or overflow.
- */
-static mdl_status limit(const mdl_chain *chain, mdl_real *u_volts)
-{
-    const mdl_chain_params *p = chain->params;
-    mdl_real low = p->u_min_volts - p->margin_volts;
-    mdl_real high = p->u_min_volts + (p->major.range_volts + p->margin_volts);
-    if (acts(chain, MDL_BLOCK_YANG)) {
-        low = p->yang->low_volts - p->yang->margin_volts;
-        high = p->yang->high_volts + p->yang->margin_volts;
-    }
-    if (*u_volts >= low && *u_volts <= high) {
-        return MDL_OK;
-    }
-    *u_volts = *u_volts < low ? low : high;
-    return MDL_CLAMPED;
 }
 
 mdl_status mdl_chain_step(mdl_chain *chain, mdl_real u_volts, mdl_real *y_um)

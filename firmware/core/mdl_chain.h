@@ -92,7 +92,7 @@ typedef struct {
     const mdl_chain_params *params;
     mdl_traj traj;
     mdl_plays_params plays; /**< of f0 */
-    uint16_t started; /**< 0: the next sample sets every dynamic state to equilibrium */
+    uint16_t started;       /**< 0: the next sample sets every dynamic state to equilibrium */
     mdl_chain_blocks at;
     mdl_delay delay;
 } mdl_chain;
@@ -110,7 +110,7 @@ void mdl_chain_reset(mdl_chain *chain);
 /**
  * At rest, before the first sample: leads the hysteresis alone to a command, V, as part of its
  * history. The saturation acts on the way.
- * @return as mdl_traj_step
+ * @return as mdl_chain_step with blocks
  */
 mdl_status mdl_chain_lead(mdl_chain *chain, mdl_real u_volts);
 

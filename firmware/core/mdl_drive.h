@@ -13,7 +13,7 @@ typedef struct {
     mdl_real low_volts;  /**< below high_volts */
     mdl_real knee_volts; /**< width of the soft knee, 0: hard */
     mdl_real knee_power; /**< p of a knee that begins one width before the limit, 1 to 32; 0: none.
-                              * With one the width is > 0, and the knees of both ends do not meet */
+                          * With one the width is > 0, and the knees of both ends do not meet */
 } mdl_saturation_params;
 
 /** How far a slew-limited drive moves in one step, both > 0. */

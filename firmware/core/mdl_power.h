@@ -19,8 +19,7 @@ mdl_real mdl_log2(mdl_real x);
 
 /**
  * x^p for x >= 0 (0 where x is below 2^-60) and 0 < p <= 32, x^p below 2^120. Relative error: p
- * times that of log2,
- * and that of exp2.
+ * times that of log2, and that of exp2.
  */
 mdl_real mdl_power(mdl_real x, mdl_real p);
 

@@ -13,5 +13,6 @@ mdl_real mdl_rate_law(mdl_lag *state, const mdl_rate_params *params, mdl_real ri
     mdl_real v = mdl_lag_step(state, &params->filter, rise_volts) * params->v_scale;
     mdl_real size = v < MDL_C(0.0) ? -v : v;
     size = mdl_power(size + params->v_knee, params->power) - params->at_knee;
+    size = size > MDL_C(0.0) ? size : MDL_C(0.0); /* the power and at_knee are rounded */
     return v < MDL_C(0.0) ? -size : size;
 }

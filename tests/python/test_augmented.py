@@ -37,7 +37,7 @@ FIELDS: dict[str, dict[str, Any]] = {
     "non_masing": {"shape": ((0, 0, 0, 0), (0, 0.2, 0, 0), (0, 0, 0, 0), (0.1, 0, 0, 0))},
     "creep": {"creep": (CreepMode(0.1, 0.01), CreepMode(600.0, 0.02))},
     "resonance": {"modes": (Mode(312.3, 0.0123, 0.91), Mode(1234.5, 0.03, 0.09))},
-    "backlash": {"dead_band_um": 0.0321},
+    "backlash": {"dead_band_um": 0.0321, "spring_share": 0.21},
     "gain_offset": {"gain": 1.0321, "offset_um": -0.123},
 }
 BOTH_SHAPES = np.add(*(FIELDS[e]["shape"] for e in ("asymmetry", "non_masing"))).tolist()
@@ -87,7 +87,7 @@ def test_all_effects_come_back_from_a_file(tmp_path: Path) -> None:
 
 def test_what_does_nothing_is_no_block() -> None:
     idle = PATH.but(knee_V=1.0, power=0.5, v_ref_V_per_s=3.0, substeps_min=4)
-    idle = idle.but(knee_power=2.0, v_knee=0.1, slew_fall_V_per_s=500.0)
+    idle = idle.but(knee_power=2.0, v_knee=0.1, slew_fall_V_per_s=500.0, spring_share=0.3)
     assert path_to_blocks(idle) == ()
     assert discretise(PATH, STEP_S) == discretise(path_of(augmented_model(PATH, 140.0)), STEP_S)
 
@@ -129,7 +129,9 @@ def block(effect: str, **parameters: object) -> dict[str, Any]:
         ([block("delay", delay_ms=1)], "delay has no parameter 'delay_ms'"),
         ([block("saturation", high_V=1, low_V=2)], r"high_V must be above low_V \(2\)"),
         ([block("saturation", high_V=9, knee_V=1, knee_power=33)], "knee_power = 33 must be"),
-        ([block("saturation", high_V=9, knee_V=1, knee_power=0.5)], "knee_power = 0.5 must be"),
+        ([block("saturation", high_V=9, knee_V=1, knee_power=0.5)], "with a knee_power, 1 to 32"),
+        ([block("saturation", high_V=9, knee_power=2)], "knee_V must be above 0"),
+        ([block("saturation", high_V=9, low_V=1, knee_V=5, knee_power=2)], "at most 4$"),
         ([block("slew_limit", slew_V_per_s=0)], "slew_V_per_s = 0 must be 1e-09"),
         ([block("slew_limit", slew_V_per_s=9, slew_fall_V_per_s=-1)], "= -1 must be 0"),
         ([block("amplifier_lag", corner_hz="50")], "corner_hz must hold finite numbers"),
@@ -143,6 +145,10 @@ def block(effect: str, **parameters: object) -> dict[str, Any]:
         ([block("resonance", modes=[MODE | {"zeta": -0.1}])], "zeta = -0.1 must be 0"),
         ([block("resonance", modes=[MODE | {"zeta": 10.1}])], "zeta = 10.1 must be 0"),
         ([block("backlash", dead_band_um=float("inf"))], "dead_band_um must hold finite"),
+        (
+            [block("backlash", dead_band_um=1, spring_share=1.1)],
+            "spring_share = 1.1 must be 0 to 1",
+        ),
     ],
 )
 def test_bad_blocks_are_refused(blocks: object, reason: str) -> None:

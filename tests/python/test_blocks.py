@@ -6,6 +6,8 @@ samples), numpy's polynomials, and solutions that can be written down.
 
 from __future__ import annotations
 
+from contextlib import suppress
+
 import numpy as np
 import pytest
 from numpy.polynomial import polynomial
@@ -58,6 +60,7 @@ BLOCKS = {
     "mode": PATH.but(modes=(Mode(300.0, 0.01),)),
     "two modes": PATH.but(modes=(Mode(300.0, 0.01, 0.9), Mode(3.0, 0.001, 0.1))),
     "backlash": PATH.but(dead_band_um=0.05),
+    "backlash with a spring": PATH.but(dead_band_um=0.05, spring_share=0.2),
     "delay": PATH.but(delay_s=3.4e-4),
     "delay of less than a sample": PATH.but(delay_s=3.4e-5),
     "gain and offset": PATH.but(gain=1.03, offset_um=0.2),
@@ -295,13 +298,16 @@ def test_a_mode_is_exact_between_samples(fn_hz: float, zeta: float) -> None:
     np.testing.assert_allclose(gamma, exact[:2, 2], rtol=0, atol=1e-11)
 
 
-def test_backlash_loses_its_dead_band_at_every_turn() -> None:
+@pytest.mark.parametrize("spring_share", [0.0, 0.2, 1.0])
+def test_backlash_loses_its_dead_band_at_every_turn(spring_share: float) -> None:
+    """But for what a spring carries across."""
     u = np.concatenate(
         [np.linspace(0, 80, 200), np.linspace(80, 30, 200), np.linspace(30, 70, 200)]
     )
     rise, fall = u[:200] - 2.0, np.minimum(78.0, u[200:400] + 2.0)
     expected = np.concatenate([rise, fall, np.maximum(32.0, u[400:] - 2.0)])
-    found = run(LINE.but(dead_band_um=4.0), u)
+    expected += spring_share * (u - expected)
+    found = run(LINE.but(dead_band_um=4.0, spring_share=spring_share), u)
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12)
 
 
@@ -378,7 +384,7 @@ def test_a_law_with_a_knee_follows_its_formula(
 
 def substepped(u: Array) -> tuple[Array, Array]:
     """A command between its samples, and the rises of its parts: the rate block takes four."""
-    parts = np.linspace(u[:-1], u[1:], 4, endpoint=False).ravel()
+    parts = np.linspace(u[:-1], u[1:], 4, endpoint=False, axis=1).ravel()
     fine = np.append(parts, u[-1])
     return fine, np.diff(fine, prepend=fine[0])
 
@@ -449,6 +455,15 @@ def settled_rows(sign: Array) -> NDArray[np.bool_]:
     turn = int(np.argmax(sign < 0))
     rows[:10] = rows[turn : turn + 10] = False
     return rows
+
+
+@pytest.mark.parametrize("bad", [{"high_V": 1.0, "low_V": 2.0}, {"widening": -0.1}])
+def test_a_path_that_no_chain_takes_spoils_no_other(bad: dict[str, float]) -> None:
+    u = command()[1]
+    runner = Runner(0.0, RANGE_V)
+    with suppress(InputError):
+        runner.run(PATH.but(**bad), u, STEP_S)
+    np.testing.assert_array_equal(runner.run(PATH, u, STEP_S), run(PATH, u))
 
 
 def test_history_leaves_its_turning_points() -> None:

@@ -77,6 +77,7 @@ static void use_everything(void)
         params.mode[i] = mode;
     }
     params.dead_band_um = MDL_C(0.25);
+    params.spring_share = MDL_C(0.25);
     params.delay.whole = 2;
     params.delay.weight[0] = MDL_C(0.75);
     params.delay.weight[1] = MDL_C(0.25);
@@ -185,6 +186,7 @@ void test_init_refuses_what_no_block_can_run_with(void)
                          &params.mode[0].gamma[1],
                          &params.mode[1].share,
                          &params.dead_band_um,
+                         &params.spring_share,
                          &params.delay.weight[3],
                          &params.gain,
                          &params.offset_um};
@@ -210,7 +212,9 @@ void test_init_refuses_what_no_block_can_run_with(void)
                {&params.rate.widening, MDL_C(-0.5)},
                {&params.rate.threshold_volts, MDL_C(-0.5)},
                {&params.creep[0].lag.decay, MDL_C(2.0)},
-               {&params.dead_band_um, MDL_C(-0.5)}};
+               {&params.dead_band_um, MDL_C(-0.5)},
+               {&params.spring_share, MDL_C(-0.5)},
+               {&params.spring_share, MDL_C(1.5)}};
     uint16_t k;
     int i;
     use_everything();
@@ -250,6 +254,36 @@ void test_a_huge_command_is_limited_before_the_blocks(void)
         TEST_ASSERT_TRUE(mdl_chain_step(&chain, i % 2u ? -huge : huge, &y) & MDL_CLAMPED);
         TEST_ASSERT_TRUE(y >= MDL_C(-3.0) && y <= MDL_C(13.0)); /* f0 within the margin, 4 volts */
     }
+}
+
+void test_a_rounded_knee_has_a_width_and_ends_before_the_middle(void)
+{
+    use_line(MDL_BLOCK_SATURATION);
+    params.saturation.low_volts = MDL_C(-2.0);
+    params.saturation.high_volts = MDL_C(4.0);
+    params.saturation.knee_power = MDL_C(2.0);
+    ASSERT_STATUS(MDL_ERR_PARAMETER, mdl_chain_init(&chain, &params, &left, &right));
+    params.saturation.knee_volts = MDL_C(3.125);
+    ASSERT_STATUS(MDL_ERR_PARAMETER, mdl_chain_init(&chain, &params, &left, &right));
+    params.saturation.knee_volts = MDL_C(3.0);
+    start();
+    params.saturation.knee_volts = MDL_C(3.125);
+    params.saturation.knee_power = MDL_C(0.0);
+    start();
+}
+
+void test_parameters_of_a_block_that_is_off_are_not_used(void)
+{
+    use_everything();
+    params.blocks = MDL_BLOCK_GAIN;
+    params.saturation.low_volts = mdl_test_not_finite(0);
+    params.slew.fall_volts = mdl_test_not_finite(0);
+    params.rate.at_knee = mdl_test_not_finite(0);
+    params.rate.widening = mdl_test_not_finite(0);
+    params.spring_share = mdl_test_not_finite(0);
+    start();
+    STEP(2.0, 1.5 * 16.0 + 0.5, MDL_OK);
+    STEP(3.0, 1.5 * 25.0 + 0.5, MDL_OK);
 }
 
 void test_init_takes_parameters_at_their_limits(void)
@@ -332,11 +366,11 @@ void test_lead_is_the_history_of_the_hysteresis(void)
     STEP(4.0, 48.0, MDL_OK);
 }
 
-void test_lead_says_what_the_trajectory_says(void)
+void test_lead_says_what_a_step_says(void)
 {
     start();
     ASSERT_STATUS(MDL_EXTRAPOLATED, mdl_chain_lead(&chain, MDL_C(7.0)));
-    ASSERT_STATUS(MDL_CLAMPED, mdl_chain_lead(&chain, MDL_C(1e6)));
+    ASSERT_STATUS(MDL_EXTRAPOLATED | MDL_CLAMPED, mdl_chain_lead(&chain, MDL_C(1e6)));
     ASSERT_STATUS(MDL_OK, mdl_chain_lead(&chain, MDL_C(2.0)));
 }
 
@@ -605,6 +639,21 @@ void test_backlash(void)
     STEP(1.0, 5.0, MDL_OK); /* 4, pulled */
 }
 
+void test_a_spring_carries_a_share_across_the_gap(void)
+{
+    use_line(MDL_BLOCK_BACKLASH);
+    params.dead_band_um = MDL_C(2.0);
+    params.spring_share = MDL_C(0.25);
+    start();
+    STEP(4.0, 6.25, MDL_OK); /* 7, of which the play leaves 6 */
+    STEP(2.0, 5.75, MDL_OK); /* 5, and still 6 */
+    STEP(1.0, 4.75, MDL_OK); /* 4, and 5 */
+    params.spring_share = MDL_C(1.0);
+    start();
+    STEP(4.0, 7.0, MDL_OK);
+    STEP(2.0, 5.0, MDL_OK);
+}
+
 void test_delay_in_substeps(void)
 {
     use_line(MDL_BLOCK_DELAY);
@@ -661,8 +710,8 @@ void test_the_first_sample_finds_everything_in_equilibrium(void)
     params.saturation.knee_volts = MDL_C(0.0);
     start();
     ASSERT_STATUS(MDL_OK, mdl_chain_step(&chain, MDL_C(2.0), &first));
-    /* 16, creep 2/32 of it, half a dead band; gain and offset. */
-    ASSERT_REAL(1.5 * (16.0 + 1.0 - 0.125) + 0.5, first);
+    /* 16, creep 2/32 of it, half a dead band less the spring's share; gain and offset. */
+    ASSERT_REAL(1.5 * (16.0 + 1.0 - 0.75 * 0.125) + 0.5, first);
     for (i = 0; i < 20u; i++) {
         ASSERT_STATUS(MDL_OK, mdl_chain_step(&chain, MDL_C(2.0), &y));
         ASSERT_REAL(first, y);

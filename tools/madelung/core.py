@@ -157,6 +157,7 @@ class Core:
         if chain.gain is not None:
             lib.batch_set_gain(batch, *chain.gain)
         self._set_arrays(chain)
+        lib.batch_reset(batch)  # behind a saturation the rest is another
 
     def _set_arrays(self, chain: Chain) -> None:
         """Blocks that the build may have too little memory for."""

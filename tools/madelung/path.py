@@ -208,7 +208,7 @@ def _rate(path: SignalPath, step_s: float) -> tuple[float, ...]:
         scale,
         path.power,
         path.v_knee,
-        path.v_knee**path.power,
+        _flushed(path.v_knee**path.power),
         path.damping_um,
         path.widening,
         path.threshold_V,
@@ -253,6 +253,7 @@ _SHAPED = {"asymmetry": (1, 3), "non_masing": (2, 4)}
 _SECONDARY = (
     "knee_V",
     "knee_power",
+    "slew_fall_V_per_s",
     "power",
     "v_ref_V_per_s",
     "v_knee",
@@ -407,6 +408,7 @@ class Runner(Core):
         cannot look ahead, so float32 does not.
         """
         ahead = int(self._dtype == np.float64 and 0 < path.delay_s < step_s)
+        self._lib.batch_clear_blocks(self._batch)  # of the path before, which may not pass
         self._set_f0(path.f0)
         late = path.but(delay_s=path.delay_s + ahead * step_s)
         self._set_blocks(discretise(late, step_s, substeps))

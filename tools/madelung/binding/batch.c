@@ -120,8 +120,8 @@ void batch_set_rate(batch *b, mdl_real decay, mdl_real ramp, mdl_real v_scale, m
                     mdl_real v_knee, mdl_real at_knee, mdl_real damping_um, mdl_real widening,
                     mdl_real threshold_volts)
 {
-    b->params.rate = (mdl_rate_params){
-        {decay, ramp}, v_scale, power, v_knee, at_knee, damping_um, widening, threshold_volts};
+    b->params.rate = (mdl_rate_params){{decay, ramp}, v_scale,    power,    v_knee,
+                                       at_knee,       damping_um, widening, threshold_volts};
     switch_on(b, MDL_BLOCK_RATE);
 }
 

@@ -36,7 +36,11 @@ GAIN_PER_PARAM = 3.0
 SCREEN_MIN = 15.0
 SCREEN_SHARE = 1e-3
 VISIBLE_SHARE = 0.03
-REMAINDER_SHARE = 0.2
+REMAINDER_SHARE = 0.4
+"""What is accepted removes more than the first share of the gap, and more than the second of what
+was unexplained, both in the same record or in all together."""
+SHARE_FLOOR = 25.0
+"""Excess that shares are taken of at least."""
 CLEAN_SHARE = 0.9
 CLEAN_VISIBLE = 5e-4
 """An effect that removes nearly all that was unexplained may be so small a part of the gap, ..."""
@@ -364,17 +368,24 @@ class Engine:
             return False
         if _spread_gain(old, new) < GAIN_MIN / 2:
             return False
-        before = self.problem.excess(null.residual)
-        left = self.problem.excess(old.residual)
-        removed = left - self.problem.excess(new.residual)
-        whole = np.maximum(before, 0.0) + 25.0
-        visible = float(max(np.max(removed / whole), removed.sum() / whole.sum()))
-        rest = np.maximum(left, 0.0) + 25.0
-        telling = float(max(np.max(removed / rest), removed.sum() / rest.sum()))
         least = CLEAN_VISIBLE if extra <= STIFF_PARAMS else VISIBLE_SHARE
-        if telling > CLEAN_SHARE and visible > least:
-            return True
-        return bool(visible > VISIBLE_SHARE and telling > REMAINDER_SHARE)
+        visible, telling = self._shares(old, new, null)
+        clean = (telling > CLEAN_SHARE) & (visible > least)
+        large = (telling > REMAINDER_SHARE) & (visible > VISIBLE_SHARE)
+        return bool(np.any(clean | large))
+
+    def _shares(self, old: Fit, new: Fit, null: Fit) -> tuple[Array, Array]:
+        """What the richer hypothesis removes, by record and of all, as a share of two wholes.
+
+        Of the whole gap, and of what the poorer hypothesis left of it.
+        """
+        before, left, after = (self.problem.excess(f.residual) for f in (null, old, new))
+        removed = left - after
+        whole, rest = (np.maximum(e, 0.0) + SHARE_FLOOR for e in (before, left))
+        visible, telling = (
+            np.append(removed / of, removed.sum() / of.sum()) for of in (whole, rest)
+        )
+        return visible, telling
 
     def gain(self, old: Fit, new: Fit) -> float:
         """Fall of the cost under the least favourable noise."""
