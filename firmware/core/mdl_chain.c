@@ -47,16 +47,27 @@ static mdl_status check_lag(const mdl_lag_params *p)
                      p->ramp <= MDL_C(1.0));
 }
 
+static mdl_status check_relax(const mdl_relax_params *p)
+{
+    const mdl_real v[] = {p->decay, p->pull};
+    return judge(v, COUNT(v),
+                 p->decay >= MDL_C(0.0) && p->decay <= MDL_C(1.0) && p->pull >= MDL_C(0.0));
+}
+
 static mdl_status check_rate(const mdl_rate_params *p)
 {
     const mdl_real v[] = {p->v_scale,    p->power,    p->v_knee,         p->at_knee,
                           p->damping_um, p->widening, p->threshold_volts};
     mdl_status status = check_lag(&p->filter);
+    if (status == MDL_OK) {
+        status = check_relax(&p->relax);
+    }
     return status != MDL_OK
                ? status
                : judge(v, COUNT(v),
                        p->power > MDL_C(0.0) && p->power <= MDL_C(4.0) && p->v_knee >= MDL_C(0.0) &&
-                           p->widening >= MDL_C(0.0) && p->threshold_volts >= MDL_C(0.0));
+                           p->widening >= MDL_C(0.0) && p->threshold_volts >= MDL_C(0.0) &&
+                           (p->widening == MDL_C(0.0) || p->relax.decay == MDL_C(0.0)));
 }
 
 static mdl_status check_creep(const mdl_chain_params *p)
@@ -294,6 +305,9 @@ static mdl_status with_rate(mdl_chain *chain, mdl_real x, mdl_real rise, mdl_rea
         if (p->rate.widening > MDL_C(0.0)) {
             grown = mdl_plays_step(&chain->at.plays, &chain->plays, x, p->rate.widening * g);
         }
+    }
+    if (p->rate.relax.decay > MDL_C(0.0)) {
+        grown = mdl_plays_relax(&chain->at.plays, &chain->plays, x, &p->rate.relax);
     }
     status = mdl_traj_step(&chain->traj, x, y);
     /* The operator without a threshold, whose weight is f0'(0), follows all the same. */

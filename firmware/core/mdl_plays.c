@@ -32,12 +32,21 @@ MDL_INLINE mdl_real play(mdl_real at, mdl_real x, mdl_real half)
     return at < high ? at : high;
 }
 
+/* Four sums side by side: a PC computes several at once. */
+static mdl_real sum_of(const mdl_real *held)
+{
+    mdl_real sum[4] = {MDL_C(0.0), MDL_C(0.0), MDL_C(0.0), MDL_C(0.0)};
+    uint16_t i;
+    for (i = 0; i < MDL_PLAYS_MAX; i++) {
+        sum[i % 4u] += held[i];
+    }
+    return (sum[0] + sum[1]) + (sum[2] + sum[3]);
+}
+
 mdl_real mdl_plays_step(mdl_plays *plays, const mdl_plays_params *params, mdl_real x_volts,
                         mdl_real grow)
 {
-    /* A loop without a sum, and four sums side by side: a PC computes several at once. */
     mdl_real held[MDL_PLAYS_MAX];
-    mdl_real sum[4] = {MDL_C(0.0), MDL_C(0.0), MDL_C(0.0), MDL_C(0.0)};
     mdl_real scale = MDL_C(1.0) + grow;
     uint16_t i;
     for (i = 0; i < MDL_PLAYS_MAX; i++) {
@@ -48,8 +57,24 @@ mdl_real mdl_plays_step(mdl_plays *plays, const mdl_plays_params *params, mdl_re
         plays->grown_volts[i] = grown;
         held[i] = params->weight[i] * (still - grown);
     }
+    return sum_of(held);
+}
+
+mdl_real mdl_plays_relax(mdl_plays *plays, const mdl_plays_params *params, mdl_real x_volts,
+                         const mdl_relax_params *relax)
+{
+    mdl_real held[MDL_PLAYS_MAX];
+    uint16_t i;
     for (i = 0; i < MDL_PLAYS_MAX; i++) {
-        sum[i % 4u] += held[i];
+        mdl_real half = params->half_volts[i];
+        mdl_real still = play(plays->still_volts[i], x_volts, half);
+        mdl_real wanted = play(plays->grown_volts[i], x_volts, half);
+        mdl_real over = plays->grown_volts[i] - wanted;
+        mdl_real size = over < MDL_C(0.0) ? -over : over;
+        mdl_real grown = wanted + over * relax->decay / (MDL_C(1.0) + relax->pull * size);
+        plays->still_volts[i] = still;
+        plays->grown_volts[i] = grown;
+        held[i] = params->weight[i] * (still - grown);
     }
-    return (sum[0] + sum[1]) + (sum[2] + sum[3]);
+    return sum_of(held);
 }

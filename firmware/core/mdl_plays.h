@@ -1,13 +1,14 @@
 /**
  * @file mdl_plays.h
- * @brief Play operators with the weights of f0, whose thresholds grow with the rate: how far the
+ * @brief Play operators with the weights of f0 that grow or relax with the rate: how far the
  *        displacement is held back.
  *
  * f0 of Madelung's rules is the major curve of play operators, Cao & Li 2019, eqs. (16)-(17):
  * f0(x) = f0(0) + w_0 x + sum w_i max(0, x - 2 r_i). Here there are two sets of them. In one the
- * half widths stay r_i, in the other they are r_i (1 + grow), the dynamic thresholds of
- * rate-dependent Prandtl-Ishlinskii models. The difference of their sums is what the growth takes
- * from the displacement, so that what few operators lack of f0 drops out.
+ * half widths stay r_i. In the other they are r_i (1 + grow), the dynamic thresholds of
+ * rate-dependent Prandtl-Ishlinskii models; or the operators are viscous: with o the distance from
+ * where a plain one would be, o' = -o / tau - k o^2. The difference of the two sums is what this
+ * takes from the displacement, so that what few operators lack of f0 drops out.
  */
 #ifndef MDL_PLAYS_H
 #define MDL_PLAYS_H
@@ -19,6 +20,12 @@ typedef struct {
     mdl_real half_volts[MDL_PLAYS_MAX]; /**< r_i */
     mdl_real weight[MDL_PLAYS_MAX];     /**< w_i, um / volts */
 } mdl_plays_params;
+
+/** How viscous operators follow in one sample: o decay / (1 + pull o) is left of a distance o. */
+typedef struct {
+    mdl_real decay; /**< e^(-h / tau), 0 to 1; 0: at once */
+    mdl_real pull;  /**< k tau (1 - decay), 1 / volts, >= 0 */
+} mdl_relax_params;
 
 /** State: where the operators of both sets are, volts. */
 typedef struct {
@@ -40,5 +47,9 @@ void mdl_plays_reset(mdl_plays *plays, const mdl_plays_params *params);
  */
 mdl_real mdl_plays_step(mdl_plays *plays, const mdl_plays_params *params, mdl_real x_volts,
                         mdl_real grow);
+
+/** The same with viscous operators, which do not grow. */
+mdl_real mdl_plays_relax(mdl_plays *plays, const mdl_plays_params *params, mdl_real x_volts,
+                         const mdl_relax_params *relax);
 
 #endif

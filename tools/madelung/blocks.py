@@ -69,6 +69,8 @@ _FLAT = {
         "v_ref_V_per_s": _Range(*_POSITIVE),
         "v_knee": _Range(0.0, 1e6, 0.0),
         "velocity_tau_s": _Range(0.0, 1e3, 0.0),
+        "relax_s": _Range(0.0, 1e6, 0.0),
+        "relax_per_V_s": _Range(0.0, 1e12, 0.0),
     },
     "non_masing": _terms((2, 4)),
     "initial_state": {

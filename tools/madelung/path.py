@@ -22,6 +22,7 @@ from madelung.yang2015 import Yang, YangParams, discretise_yang
 Array = NDArray[np.float64]
 SHAPE_ORDER = 4
 SLEW_SUBSTEPS = 4
+RATE_SUBSTEPS = 4
 MODE_SUBSTEPS = 2
 VELOCITY_SAMPLES = 0.5
 """Least time constant of the velocity filter of the rate block, in (sub)samples."""
@@ -67,6 +68,8 @@ class SignalPath:
     damping_um, widening, threshold_V, power, v_ref_V_per_s, v_knee, velocity_tau_s
         Rate dependence (mdl_rate.h); the knee is in units of the reference, the last filters the
         velocity.
+    relax_s, relax_per_V_s
+        Viscous operators (mdl_plays.h): tau and k; both 0: none, tau alone 0: no linear part.
     creep, modes
         Creep ladder, flexure modes.
     dead_band_um, spring_share
@@ -97,6 +100,8 @@ class SignalPath:
     v_ref_V_per_s: float = 1.0
     v_knee: float = 0.0
     velocity_tau_s: float = 0.0
+    relax_s: float = 0.0
+    relax_per_V_s: float = 0.0
     creep: tuple[CreepMode, ...] = field(default=())
     modes: tuple[Mode, ...] = field(default=())
     dead_band_um: float = 0.0
@@ -117,15 +122,18 @@ class SignalPath:
 
         So do flexure modes, which feel that a branch of the hysteresis is curved between samples.
         """
-        needed = MODE_SUBSTEPS if self.modes else 1
-        if self.slew_V_per_s or self.has_rate:
-            needed = SLEW_SUBSTEPS
-        return max(needed, int(self.substeps_min))
+        needed = (
+            (SLEW_SUBSTEPS, self.slew_V_per_s > 0),
+            (RATE_SUBSTEPS, self.has_rate),
+            (MODE_SUBSTEPS, bool(self.modes)),
+        )
+        return max(1, int(self.substeps_min), *(n for n, on in needed if on))
 
     @property
     def has_rate(self) -> bool:
         """Whether the rate block acts."""
-        return (self.damping_um, self.widening, self.threshold_V) != (0.0, 0.0, 0.0)
+        sizes = (self.damping_um, self.widening, self.threshold_V)
+        return any((*sizes, self.relax_s, self.relax_per_V_s))
 
 
 def lag_coefficients(tau_s: float, step_s: float) -> tuple[float, float]:
@@ -212,7 +220,17 @@ def _rate(path: SignalPath, step_s: float) -> tuple[float, ...]:
         path.damping_um,
         path.widening,
         path.threshold_V,
+        *_relax(path.relax_s, path.relax_per_V_s, step_s),
     )
+
+
+def _relax(tau_s: float, per_V_s: float, step_s: float) -> tuple[float, float]:
+    if not tau_s and not per_V_s:
+        return 0.0, 0.0
+    if not tau_s:
+        return 1.0, per_V_s * step_s
+    left = -np.expm1(-step_s / tau_s)
+    return _flushed(float(1 - left)), _flushed(float(per_V_s * tau_s * left))
 
 
 def _mode(mode: Mode, step_s: float) -> tuple[float, ...]:
@@ -243,6 +261,8 @@ _FIELDS = {
         "v_ref_V_per_s",
         "v_knee",
         "velocity_tau_s",
+        "relax_s",
+        "relax_per_V_s",
     ),
     "backlash": ("dead_band_um", "spring_share"),
     "gain_offset": ("gain", "offset_um"),

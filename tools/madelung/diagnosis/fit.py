@@ -8,7 +8,7 @@ are whitened by the noise model, so that a sum of squares of N is what noise alo
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -27,6 +27,7 @@ RESAMPLE_STEPS = 4
 COST_TOLERANCE = 0.05
 EXCESS_TOLERANCE = 1e-4
 """A fit ends when the cost falls by less than the first, or by this share of its excess."""
+_NO_COLUMNS: Array = np.empty((0, 0))
 
 
 @dataclass(frozen=True)
@@ -284,7 +285,8 @@ class Problem:
         """Levenberg-Marquardt from a start, within the parameters' bounds.
 
         The columns are computed at the start, carried along by Broyden's secant update, and
-        computed again where a step fails or before the search ends.
+        computed again where a step fails or before the search ends; f0's, which change little,
+        once.
 
         Parameters
         ----------
@@ -296,12 +298,14 @@ class Problem:
         damping = 1e-4
         jacobian, covariance = fit.jacobian, fit.covariance
         if near is not None:
-            jacobian = self._jacobian(fit, near)
-        fresh, secant = False, True
+            jacobian = self._jacobian(fit, near.columns)
+        fresh, secant, whole = False, True, False
         made = 0
         while made < iterations:
             if not fresh and (jacobian.size == 0 or not secant):
-                jacobian, fresh = self._jacobian(fit), True
+                f0 = jacobian[: beta.size] if whole else _NO_COLUMNS  # once, then carried along
+                jacobian = self._jacobian(fit, lambda form, f0=f0: _NO_COLUMNS if form else f0)
+                fresh = whole = True
             better, damping, covariance = self._step(fit, jacobian, damping, 8 if fresh else 2)
             tolerance = max(COST_TOLERANCE, EXCESS_TOLERANCE * (fit.cost - self.rows))
             done = better is None or fit.cost - better.cost < tolerance
@@ -321,14 +325,15 @@ class Problem:
         cost = float(residual @ residual + prior @ prior)
         return Fit(forms, values, beta, cost if np.isfinite(cost) else np.inf, residual)
 
-    def _jacobian(self, fit: Fit, near: Fit | None = None) -> Array:
+    def _jacobian(self, fit: Fit, have: Callable[[Form | None], Array]) -> Array:
+        """Columns at a fit; ``have`` gives those of a form, or f0's (None), that will do, or none."""
         path = self.path(fit.forms, fit.values, fit.beta)
         displaced = self.displacement(fit.forms, fit.values, path)
         y = self.measured(fit.forms, fit.values, displaced)
         jacobian = np.empty((fit.beta.size + len(fit.params), fit.residual.size))
         row = 0
         for form in (None, *fit.forms):
-            own: Sequence[Array] | Array = () if near is None else near.columns(form)
+            own: Sequence[Array] | Array = have(form)
             if len(own) == 0 and form is None:
                 own = self._columns_f0(fit.forms, fit.values, fit.beta, y)
             elif len(own) == 0:
@@ -493,7 +498,9 @@ def _secant(jacobian: Array, old: Fit, new: Fit) -> Array:
 
 
 def _clipped(forms: Sequence[Form], values: dict[str, float]) -> dict[str, float]:
-    return _moved(forms, values, np.zeros(sum(len(f.params) for f in forms)))
+    """Within their bounds; those of other forms are dropped."""
+    own = {p.key: values[p.key] for f in forms for p in f.params}
+    return _moved(forms, own, np.zeros(sum(len(f.params) for f in forms)))
 
 
 def _prior_rows(forms: Sequence[Form], values: dict[str, float]) -> tuple[Array, Array]:

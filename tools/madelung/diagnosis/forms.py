@@ -228,19 +228,23 @@ def _shape_form(
 
 
 def _hysteresis_forms(s: Scales) -> list[Form]:
-    power = Param("power", 0.1, 2.0, null=1.0)
+    power = Param("power", 0.05, 2.0, null=1.0)
     v_knee = Param("v_knee", 1e-3, 3.0, log=True)
     tau = Param("velocity_tau_s", 0.05 * s.step_min_s, 100 * s.step_min_s, log=True)
     v_ref = max(0.3 * s.rate_max_V_per_s, 1e-6)
 
     def rate(key: str) -> Apply:
-        return lambda path, v: path.but(
-            **{key: v[key]},
-            power=v["power"],
-            v_ref_V_per_s=v_ref,
-            v_knee=v.get("v_knee", 0.0),
-            velocity_tau_s=v["velocity_tau_s"],
-        )
+        def apply(path: SignalPath, v: Values) -> SignalPath:
+            knee, p = v.get("v_knee", 0.0), v["power"]
+            return path.but(
+                **{key: v[key] / ((1 + knee) ** p - knee**p)},  # the parameter is c g(1)
+                power=p,
+                v_ref_V_per_s=v_ref,
+                v_knee=knee,
+                velocity_tau_s=v["velocity_tau_s"],
+            )
+
+        return apply
 
     def rate_forms(name: str, size: Param, start: float) -> list[Form]:
         starts = [
@@ -285,6 +289,22 @@ def _hysteresis_forms(s: Scales) -> list[Form]:
         *rate_forms("velocity damping", damping, -0.01 * s.stroke_um),
         *rate_forms("thresholds grow by a share", widening, 0.1),
         *rate_forms("thresholds grow by a voltage", threshold, 0.01 * s.range_V),
+        Form(
+            "rate_dependence",
+            "viscous operators",
+            (Param("relax_s", 0.2 * s.step_min_s, 0.1 * s.length_max_s, log=True),),
+            lambda _: [{"relax_s": k * s.step_min_s} for k in (0.5, 2.0, 8.0, 32.0)],
+            path=lambda path, v: path.but(relax_s=v["relax_s"], v_ref_V_per_s=v_ref),
+        ),
+        Form(
+            "rate_dependence",
+            "viscous operators, by the square of the force",
+            (Param("relax_per_V_s", v_ref / s.range_V**2, 1e8 * v_ref / s.range_V**2, log=True),),
+            lambda _: [
+                {"relax_per_V_s": v_ref / (k * s.range_V) ** 2} for k in (0.003, 0.01, 0.03, 0.1)
+            ],
+            path=lambda path, v: path.but(relax_per_V_s=v["relax_per_V_s"], v_ref_V_per_s=v_ref),
+        ),
         Form(
             "initial_state",
             "unknown peak",

@@ -299,14 +299,12 @@ class Engine:
         tries = [(free[i], start) for i in chosen for _, start in screened[i]]
         rough = self._best_of_each(
             self._map(
-                lambda t: self._slim(
-                    self.problem.fit(
-                        (*parent.forms, t[0]),
-                        parent.values | t[1],
-                        parent.beta,
-                        ROUGH_ITERATIONS,
-                        parent,
-                    )
+                lambda t: self.problem.fit(
+                    (*parent.forms, t[0]),
+                    parent.values | t[1],
+                    parent.beta,
+                    ROUGH_ITERATIONS,
+                    parent,
                 ),
                 tries,
             )
@@ -315,9 +313,11 @@ class Engine:
         if not rough:
             return []
         near = self._front(rough)[:FINE_MAX]
-        fine = self._map(lambda f: self._slim(self.problem.fit(f.forms, f.values, f.beta)), near)
+        fine = self._map(
+            lambda f: self._slim(self.problem.fit(f.forms, f.values, f.beta, near=f)), near
+        )
         fine = [f for f in fine if _steady(self.problem, f) and _plausible(f, parent)]
-        return [f for f in rough if not any(f is g for g in near)] + fine
+        return [self._slim(f) for f in rough if not any(f is g for g in near)] + fine
 
     @staticmethod
     def _fits_max(parent: Fit) -> int:
@@ -424,6 +424,8 @@ def _plausible(fit: Fit, parent: Fit) -> bool:
     and creep that goes back is a curve.
     """
     (new,) = fit.effects - parent.effects
+    if all(fit.values[p.key] == p.null for f in fit.forms if f.effect == new for p in f.params):
+        return False
     if not parent.effects:
         return True
     if new == "resonance":
