@@ -49,9 +49,11 @@ static mdl_status check_lag(const mdl_lag_params *p)
 
 static mdl_status check_relax(const mdl_relax_params *p)
 {
-    const mdl_real v[] = {p->decay, p->pull};
+    const mdl_real v[] = {p->decay, p->early, p->pull};
     return judge(v, COUNT(v),
-                 p->decay >= MDL_C(0.0) && p->decay <= MDL_C(1.0) && p->pull >= MDL_C(0.0));
+                 p->decay >= MDL_C(0.0) && p->decay <= MDL_C(1.0) && p->early >= MDL_C(0.0) &&
+                     p->early <= MDL_C(0.5) && p->pull >= MDL_C(0.0) &&
+                     (p->decay == MDL_C(1.0)) == (p->pull > MDL_C(0.0)));
 }
 
 static mdl_status check_rate(const mdl_rate_params *p)
@@ -307,7 +309,7 @@ static mdl_status with_rate(mdl_chain *chain, mdl_real x, mdl_real rise, mdl_rea
         }
     }
     if (p->rate.relax.decay > MDL_C(0.0)) {
-        grown = mdl_plays_relax(&chain->at.plays, &chain->plays, x, &p->rate.relax);
+        grown = mdl_plays_relax(&chain->at.plays, &chain->plays, x, rise, &p->rate.relax);
     }
     status = mdl_traj_step(&chain->traj, x, y);
     /* The operator without a threshold, whose weight is f0'(0), follows all the same. */

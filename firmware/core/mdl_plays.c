@@ -1,5 +1,7 @@
 #include "mdl_plays.h"
 
+#include "mdl_power.h"
+
 #include <string.h>
 
 void mdl_plays_make(mdl_plays_params *params, const mdl_major *major)
@@ -60,15 +62,29 @@ mdl_real mdl_plays_step(mdl_plays *plays, const mdl_plays_params *params, mdl_re
     return sum_of(held);
 }
 
-mdl_real mdl_plays_relax(mdl_plays *plays, const mdl_plays_params *params, mdl_real x_volts,
-                         const mdl_relax_params *relax)
+/* The part of a sample by which viscous operators follow the input earlier. */
+static mdl_real early(const mdl_relax_params *relax, mdl_real rise_volts)
 {
+    mdl_real d = rise_volts < MDL_C(0.0) ? -rise_volts : rise_volts;
+    mdl_real o2, o;
+    if (!(relax->pull > MDL_C(0.0)) || d == MDL_C(0.0)) {
+        return relax->early;
+    }
+    o2 = d / relax->pull; /* of a steady input: k o^2 = d / h */
+    o = mdl_power(o2, MDL_C(0.5)) + mdl_power(o2 + MDL_C(0.25) * d * d, MDL_C(0.5));
+    return MDL_C(0.5) - MDL_C(0.25) * d / o;
+}
+
+mdl_real mdl_plays_relax(mdl_plays *plays, const mdl_plays_params *params, mdl_real x_volts,
+                         mdl_real rise_volts, const mdl_relax_params *relax)
+{
+    mdl_real at = x_volts - early(relax, rise_volts) * rise_volts;
     mdl_real held[MDL_PLAYS_MAX];
     uint16_t i;
     for (i = 0; i < MDL_PLAYS_MAX; i++) {
         mdl_real half = params->half_volts[i];
         mdl_real still = play(plays->still_volts[i], x_volts, half);
-        mdl_real wanted = play(plays->grown_volts[i], x_volts, half);
+        mdl_real wanted = play(plays->grown_volts[i], at, half);
         mdl_real over = plays->grown_volts[i] - wanted;
         mdl_real size = over < MDL_C(0.0) ? -over : over;
         mdl_real grown = wanted + over * relax->decay / (MDL_C(1.0) + relax->pull * size);

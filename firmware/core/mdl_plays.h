@@ -7,8 +7,8 @@
  * f0(x) = f0(0) + w_0 x + sum w_i max(0, x - 2 r_i). Here there are two sets of them. In one the
  * half widths stay r_i. In the other they are r_i (1 + grow), the dynamic thresholds of
  * rate-dependent Prandtl-Ishlinskii models; or the operators are viscous: with o the distance from
- * where a plain one would be, o' = -o / tau - k o^2. The difference of the two sums is what this
- * takes from the displacement, so that what few operators lack of f0 drops out.
+ * where a plain one would be, o' = -o / tau or o' = -k o^2. The difference of the two sums is what
+ * this takes from the displacement, so that what few operators lack of f0 drops out.
  */
 #ifndef MDL_PLAYS_H
 #define MDL_PLAYS_H
@@ -21,10 +21,11 @@ typedef struct {
     mdl_real weight[MDL_PLAYS_MAX];     /**< w_i, um / volts */
 } mdl_plays_params;
 
-/** How viscous operators follow in one sample: o decay / (1 + pull o) is left of a distance o. */
+/** How viscous operators follow in one sample; linear, or by the square of the distance. */
 typedef struct {
-    mdl_real decay; /**< e^(-h / tau), 0 to 1; 0: at once */
-    mdl_real pull;  /**< k tau (1 - decay), 1 / volts, >= 0 */
+    mdl_real decay; /**< e^(-h / tau), what is left of a distance; 1: square; 0: none */
+    mdl_real early; /**< linear: tau / h - decay / (1 - decay), 0 to 1/2, see mdl_plays_relax */
+    mdl_real pull;  /**< square: k h, 1 / volts, > 0, o / (1 + pull o) is left; linear: 0 */
 } mdl_relax_params;
 
 /** State: where the operators of both sets are, volts. */
@@ -48,8 +49,12 @@ void mdl_plays_reset(mdl_plays *plays, const mdl_plays_params *params);
 mdl_real mdl_plays_step(mdl_plays *plays, const mdl_plays_params *params, mdl_real x_volts,
                         mdl_real grow);
 
-/** The same with viscous operators, which do not grow. */
+/**
+ * The same with viscous operators, which do not grow. They follow the input a part of the sample
+ * earlier, such that behind a steady input their distance is what the equation says.
+ * @param rise_volts  x_volts less the input before
+ */
 mdl_real mdl_plays_relax(mdl_plays *plays, const mdl_plays_params *params, mdl_real x_volts,
-                         const mdl_relax_params *relax);
+                         mdl_real rise_volts, const mdl_relax_params *relax);
 
 #endif

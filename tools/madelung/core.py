@@ -81,7 +81,7 @@ class Chain:
         decay and ramp.
     rate
         decay and ramp of the velocity, v_scale, power, v_knee, at_knee, damping_um, widening,
-        threshold_volts, decay and pull of viscous operators.
+        threshold_volts, decay, early and pull of viscous operators.
     creep
         By mode: decay, ramp, gain.
     modes

@@ -262,7 +262,7 @@ def _blocks(chain: Chain) -> dict[str, Tree]:
     if chain.rate is not None:
         rate: Tree = {"filter": _struct("rate", _LAG, chain.rate)}
         rate |= _struct("rate", _RATE, chain.rate[2:])
-        found["RATE"] = {"rate": rate | {"relax": _struct("relax", _RELAX, chain.rate[-2:])}}
+        found["RATE"] = {"rate": rate | {"relax": _struct("relax", _RELAX, chain.rate[-3:])}}
     if chain.creep:
         found["CREEP"] = {
             "creep_count": f"{len(chain.creep)}u",
@@ -287,7 +287,7 @@ def _blocks(chain: Chain) -> dict[str, Tree]:
 
 _LAG = ("decay", "ramp")
 _RATE = ("v_scale", "power", "v_knee", "at_knee", "damping_um", "widening", "threshold_volts")
-_RELAX = ("decay", "pull")
+_RELAX = ("decay", "early", "pull")
 _SATURATION = ("high_volts", "low_volts", "knee_volts", "knee_power")
 _SLEW = ("rise_volts", "fall_volts")
 

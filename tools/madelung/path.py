@@ -69,7 +69,7 @@ class SignalPath:
         Rate dependence (mdl_rate.h); the knee is in units of the reference, the last filters the
         velocity.
     relax_s, relax_per_V_s
-        Viscous operators (mdl_plays.h): tau and k; both 0: none, tau alone 0: no linear part.
+        Viscous operators (mdl_plays.h): tau, or k, of which only one may be set; 0: none.
     creep, modes
         Creep ladder, flexure modes.
     dead_band_um, spring_share
@@ -224,13 +224,16 @@ def _rate(path: SignalPath, step_s: float) -> tuple[float, ...]:
     )
 
 
-def _relax(tau_s: float, per_V_s: float, step_s: float) -> tuple[float, float]:
-    if not tau_s and not per_V_s:
-        return 0.0, 0.0
+def _relax(tau_s: float, per_V_s: float, step_s: float) -> tuple[float, float, float]:
+    """``decay``, ``early``, ``pull`` of mdl_plays.h; k goes before tau."""
+    if per_V_s:
+        return 1.0, 0.0, per_V_s * step_s
     if not tau_s:
-        return 1.0, per_V_s * step_s
-    left = -np.expm1(-step_s / tau_s)
-    return _flushed(float(1 - left)), _flushed(float(per_V_s * tau_s * left))
+        return 0.0, 0.0, 0.0
+    h = step_s / tau_s
+    # 1 / h - 1 / (e^h - 1), by its series where digits would cancel
+    early = 1 / h - 1 / np.expm1(h) if h > 1e-3 else 0.5 - h / 12
+    return _flushed(float(np.exp(-h))), float(early), 0.0
 
 
 def _mode(mode: Mode, step_s: float) -> tuple[float, ...]:
