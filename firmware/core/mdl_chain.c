@@ -13,6 +13,11 @@ static int acts(const mdl_chain *chain, uint16_t block)
 
 #define COUNT(array) ((uint16_t)(sizeof(array) / sizeof(array)[0]))
 
+static mdl_real size_of(mdl_real v)
+{
+    return v < MDL_C(0.0) ? -v : v;
+}
+
 static mdl_status judge(const mdl_real *v, uint16_t count, int are_in_range)
 {
     if (!mdl_all_finite(v, count)) {
@@ -295,12 +300,17 @@ static mdl_real drive(mdl_chain *chain, mdl_real u)
 static mdl_status with_rate(mdl_chain *chain, mdl_real x, mdl_real rise, mdl_real *y)
 {
     const mdl_chain_params *p = chain->params;
+    mdl_real s = mdl_rate_law(&chain->at.velocity, &p->rate, rise);
     mdl_real held = MDL_C(0.0);
     mdl_real grown = MDL_C(0.0);
     mdl_status status;
     if (p->rate.threshold_volts > MDL_C(0.0) || p->rate.widening > MDL_C(0.0)) {
-        mdl_real g = mdl_rate_law(&chain->at.speed, &p->rate, rise < MDL_C(0.0) ? -rise : rise);
-        mdl_real width = MDL_C(2.0) * p->rate.threshold_volts * g;
+        mdl_real g = size_of(s);
+        mdl_real width;
+        if (p->rate.of_speed) {
+            g = mdl_rate_law(&chain->at.speed, &p->rate, size_of(rise));
+        }
+        width = MDL_C(2.0) * p->rate.threshold_volts * g;
         held = x - mdl_backlash_step(width, chain->at.gripped_volts, x);
         x -= held;
         chain->at.gripped_volts = x;
@@ -314,9 +324,7 @@ static mdl_status with_rate(mdl_chain *chain, mdl_real x, mdl_real rise, mdl_rea
     status = mdl_traj_step(&chain->traj, x, y);
     /* The operator without a threshold, whose weight is f0'(0), follows all the same. */
     *y += mdl_major_first_slope(&p->major) * held - grown;
-    if (p->rate.damping_um != MDL_C(0.0)) {
-        *y += p->rate.damping_um * mdl_rate_law(&chain->at.velocity, &p->rate, rise);
-    }
+    *y += p->rate.damping_um * s;
     return status;
 }
 

@@ -10,8 +10,9 @@
  * operator of that half width; the operator without a threshold, weight f0'(0), stays as it is.
  * Widening: every threshold grows by its share c g (mdl_plays.h).
  * Relaxing: the operators are viscous (mdl_plays.h), without g.
- * For threshold and widening v is the filtered speed, which does not fall to 0 where the input
- * turns. With v_0 > 0 and a small p the law goes as the logarithm of 1 + |v| / v_0.
+ * For threshold and widening v is the filtered velocity, or the filtered speed, which does not fall
+ * to 0 where the input turns. With v_0 > 0 and a small p the law goes as the logarithm of 1 + |v| /
+ * v_0.
  */
 #ifndef MDL_RATE_H
 #define MDL_RATE_H
@@ -29,6 +30,7 @@ typedef struct {
     mdl_real damping_um;      /**< c of the damping, um */
     mdl_real widening;        /**< c of the widening, no unit, >= 0 */
     mdl_real threshold_volts; /**< c of the threshold, volts, >= 0 */
+    uint16_t of_speed;        /**< 1: threshold and widening go with the filtered speed */
     mdl_relax_params relax;   /**< decay 0: none; not beside a widening */
 } mdl_rate_params;
 

@@ -69,6 +69,7 @@ _FLAT = {
         "v_ref_V_per_s": _Range(*_POSITIVE),
         "v_knee": _Range(0.0, 1e6, 0.0),
         "velocity_tau_s": _Range(0.0, 1e3, 0.0),
+        "of_speed": _Range(0, 1, 0),
         "relax_s": _Range(0.0, 1e6, 0.0),
         "relax_per_V_s": _Range(0.0, 1e12, 0.0),
     },

@@ -81,7 +81,7 @@ class Chain:
         decay and ramp.
     rate
         decay and ramp of the velocity, v_scale, power, v_knee, at_knee, damping_um, widening,
-        threshold_volts, decay, early and pull of viscous operators.
+        threshold_volts, of_speed (0 or 1), decay, early and pull of viscous operators.
     creep
         By mode: decay, ramp, gain.
     modes
@@ -151,7 +151,8 @@ class Core:
         if chain.lag is not None:
             lib.batch_set_lag(batch, *chain.lag)
         if chain.rate is not None:
-            lib.batch_set_rate(batch, *chain.rate)
+            reals, of_speed, relax = chain.rate[:9], int(chain.rate[9]), chain.rate[10:]
+            lib.batch_set_rate(batch, *reals, of_speed, *relax)
         if chain.backlash is not None:
             lib.batch_set_backlash(batch, *chain.backlash)
         if chain.gain is not None:

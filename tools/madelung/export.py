@@ -262,7 +262,8 @@ def _blocks(chain: Chain) -> dict[str, Tree]:
     if chain.rate is not None:
         rate: Tree = {"filter": _struct("rate", _LAG, chain.rate)}
         rate |= _struct("rate", _RATE, chain.rate[2:])
-        found["RATE"] = {"rate": rate | {"relax": _struct("relax", _RELAX, chain.rate[-3:])}}
+        rate |= {"of_speed": f"{int(chain.rate[9])}u"}
+        found["RATE"] = {"rate": rate | {"relax": _struct("relax", _RELAX, chain.rate[10:])}}
     if chain.creep:
         found["CREEP"] = {
             "creep_count": f"{len(chain.creep)}u",

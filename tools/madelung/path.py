@@ -68,6 +68,8 @@ class SignalPath:
     damping_um, widening, threshold_V, power, v_ref_V_per_s, v_knee, velocity_tau_s
         Rate dependence (mdl_rate.h); the knee is in units of the reference, the last filters the
         velocity.
+    of_speed
+        1: threshold and widening go with the filtered speed, 0: with the filtered velocity.
     relax_s, relax_per_V_s
         Viscous operators (mdl_plays.h): tau, or k, of which only one may be set; 0: none.
     creep, modes
@@ -100,6 +102,7 @@ class SignalPath:
     v_ref_V_per_s: float = 1.0
     v_knee: float = 0.0
     velocity_tau_s: float = 0.0
+    of_speed: float = 0.0
     relax_s: float = 0.0
     relax_per_V_s: float = 0.0
     creep: tuple[CreepMode, ...] = field(default=())
@@ -220,6 +223,7 @@ def _rate(path: SignalPath, step_s: float) -> tuple[float, ...]:
         path.damping_um,
         path.widening,
         path.threshold_V,
+        path.of_speed,
         *_relax(path.relax_s, path.relax_per_V_s, step_s),
     )
 
@@ -264,6 +268,7 @@ _FIELDS = {
         "v_ref_V_per_s",
         "v_knee",
         "velocity_tau_s",
+        "of_speed",
         "relax_s",
         "relax_per_V_s",
     ),
@@ -281,6 +286,7 @@ _SECONDARY = (
     "v_ref_V_per_s",
     "v_knee",
     "velocity_tau_s",
+    "of_speed",
     "spring_share",
     "substeps_min",
 )

@@ -42,8 +42,8 @@ void batch_set_slew(batch *b, mdl_real rise_volts, mdl_real fall_volts);
 void batch_set_lag(batch *b, mdl_real decay, mdl_real ramp);
 void batch_set_rate(batch *b, mdl_real decay, mdl_real ramp, mdl_real v_scale, mdl_real power,
                     mdl_real v_knee, mdl_real at_knee, mdl_real damping_um, mdl_real widening,
-                    mdl_real threshold_volts, mdl_real relax_decay, mdl_real relax_early,
-                    mdl_real relax_pull);
+                    mdl_real threshold_volts, uint16_t of_speed, mdl_real relax_decay,
+                    mdl_real relax_early, mdl_real relax_pull);
 int32_t batch_set_creep(batch *b, uint16_t count, const mdl_real *decay, const mdl_real *ramp,
                         const mdl_real *gain);
 int32_t batch_set_modes(batch *b, uint16_t count, const mdl_real *phi, const mdl_real *gamma,

@@ -295,6 +295,8 @@ class Problem:
         """
         forms = tuple(forms)
         fit = self._evaluate(forms, _clipped(forms, values), beta)
+        if not np.isfinite(fit.cost):
+            return fit
         damping = 1e-4
         jacobian, covariance = fit.jacobian, fit.covariance
         if near is not None:

@@ -233,7 +233,7 @@ def _hysteresis_forms(s: Scales) -> list[Form]:
     tau = Param("velocity_tau_s", 0.05 * s.step_min_s, 100 * s.step_min_s, log=True)
     v_ref = max(0.3 * s.rate_max_V_per_s, 1e-6)
 
-    def rate(key: str) -> Apply:
+    def rate(key: str, of_speed: bool) -> Apply:
         def apply(path: SignalPath, v: Values) -> SignalPath:
             knee, p = v.get("v_knee", 0.0), v["power"]
             return path.but(
@@ -242,30 +242,28 @@ def _hysteresis_forms(s: Scales) -> list[Form]:
                 v_ref_V_per_s=v_ref,
                 v_knee=knee,
                 velocity_tau_s=v["velocity_tau_s"],
+                of_speed=float(of_speed),
             )
 
         return apply
 
-    def rate_forms(name: str, size: Param, start: float) -> list[Form]:
+    def rate_forms(name: str, size: Param, start: float, of_speed: bool = False) -> list[Form]:
+        """With a power of the rate; and with a law that is straight below a knee."""
         starts = [
             {size.key: start, "power": p, "velocity_tau_s": s.step_min_s}
             for p in (0.3, 0.6, 1.0, 1.5)
         ]
         kneed = [v | {"v_knee": k} for v in starts[1:3] for k in (0.03, 0.3)]
+        plain = (size, power, tau)
+        apply = rate(size.key, of_speed)
         return [
-            Form(
-                "rate_dependence",
-                name,
-                (size, power, tau),
-                lambda _: starts,
-                path=rate(size.key),
-            ),
+            Form("rate_dependence", name, plain, lambda _: starts, apply, refines=of_speed),
             Form(
                 "rate_dependence",
                 f"{name}, straight below a knee",
-                (size, power, tau, v_knee),
+                (*plain, v_knee),
                 lambda _: kneed,
-                path=rate(size.key),
+                apply,
                 refines=True,
             ),
         ]
@@ -288,7 +286,11 @@ def _hysteresis_forms(s: Scales) -> list[Form]:
         _shape_form("non_masing", "minor loops", minor, s),
         *rate_forms("velocity damping", damping, -0.01 * s.stroke_um),
         *rate_forms("thresholds grow by a share", widening, 0.1),
+        *rate_forms("thresholds grow by a share, not less at turns", widening, 0.1, True),
         *rate_forms("thresholds grow by a voltage", threshold, 0.01 * s.range_V),
+        *rate_forms(
+            "thresholds grow by a voltage, not less at turns", threshold, 0.01 * s.range_V, True
+        ),
         Form(
             "rate_dependence",
             "viscous operators",

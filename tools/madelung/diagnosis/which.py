@@ -469,7 +469,10 @@ def _spread_gain(old: Fit, new: Fit) -> float:
 
 
 def _peaks(problem: Problem, residual: Array) -> list[float]:
-    """Frequencies (Hz) of lines that stand out of the residual, strongest first."""
+    """Frequencies (Hz) of lines that stand out of the residual, strongest first.
+
+    A line above half of a record's rate shows in that record where it is folded to.
+    """
     traces = [
         (t, residual[s])
         for t, s in zip(problem.traces, problem.slices, strict=True)
@@ -477,23 +480,29 @@ def _peaks(problem: Problem, residual: Array) -> list[float]:
     ]
     length = max(t.u_V.size * t.step_s for t, _ in traces)
     step_hz = 0.25 / length
-    top = max(0.5 / t.step_s for t, _ in traces)
-    power = np.zeros(int(top / step_hz) + 1)
+    spectra = []
     for t, r in traces:
         size = max(round(1 / (t.step_s * step_hz)), r.size)
-        p = np.abs(np.fft.rfft(r, size)) ** 2 * 2 / r.size
-        n = min(p.size, power.size)
-        power[:n] += p[:n]
+        spectra.append(np.abs(np.fft.rfft(r, size)) ** 2 * 2 / r.size)
+    bins = np.arange(max(p.size for p in spectra))
+    places = [np.minimum(bins % (2 * p.size - 2), -bins % (2 * p.size - 2)) for p in spectra]
     found: list[float] = []
-    floor = _running_median(power)
     lowest = 4 * LINE_PERIODS  # fewer periods in the longest record may as well be drift
+    floor = _running_median(_folded(spectra, places))
     for _ in range(LINES_MAX):
-        k = int(np.argmax(np.where(np.arange(power.size) > lowest, power - 3 * floor, 0.0)))
+        power = _folded(spectra, places)
+        k = int(np.argmax(np.where(bins > lowest, power - 3 * floor, 0.0)))
         if k <= lowest or power[k] < 30 + 6 * len(traces) or power[k] < 12 * floor[k]:
             break
         found.append(k * step_hz)
-        power[max(k - 12, 0) : k + 13] = 0.0
+        for p, place in zip(spectra, places, strict=True):
+            p[max(place[k] - 12, 0) : place[k] + 13] = 0.0
     return found
+
+
+def _folded(spectra: list[Array], places: list[NDArray[np.int64]]) -> Array:
+    """Sum of the records' spectra over the frequencies of the fastest."""
+    return np.asarray(sum(p[at] for p, at in zip(spectra, places, strict=True)), np.float64)
 
 
 def _running_median(power: Array, half: int = 100) -> Array:
