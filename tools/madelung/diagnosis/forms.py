@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
+from numpy.polynomial.legendre import legval
 from numpy.typing import NDArray
 
 from madelung.diagnosis.case import Trace
@@ -24,6 +25,8 @@ CREEP_TAU_S = tuple(float(10.0**k) for k in np.arange(-2.5, 3.01, 0.5))
 CREEP_STEP = 0.0015
 """Neighbouring creep modes are expected to differ by about this share (log-like spectrum)."""
 LINES_MAX = 3
+DRIFT_DEGREE = 6
+"""Of a polynomial over the longest record: up to a swing and a half."""
 SKEW_MAX_PPM = 20_000.0
 SKEW_NEAR_PPM = 3000.0
 """Within it, starts lie close together."""
@@ -157,6 +160,8 @@ def _input_forms(s: Scales) -> list[Form]:
             path=lambda path, v: path.but(delay_s=v["delay_s"], substeps_min=substeps),
         )
 
+    corner = Param("corner_hz", 0.3, 20000.0, log=True)
+    corners = [float(f) for f in np.geomspace(1.0, 10000.0, 12)]
     slew = Param("slew_V_per_s", 1e-3 * s.rate_max_V_per_s, s.rate_max_V_per_s, log=True)
     slews = [s.rate_max_V_per_s * float(k) for k in np.geomspace(0.02, 0.98, 14)]
     return [
@@ -192,9 +197,21 @@ def _input_forms(s: Scales) -> list[Form]:
         Form(
             "amplifier_lag",
             "one pole",
-            (Param("corner_hz", 0.3, 20000.0, log=True),),
-            lambda _: [{"corner_hz": f} for f in np.geomspace(1.0, 10000.0, 12)],
+            (corner,),
+            lambda _: [{"corner_hz": f} for f in corners],
             path=lambda path, v: path.but(corner_hz=v["corner_hz"]),
+        ),
+        Form(
+            "amplifier_lag",
+            "one pole, and faster ones as a delay",
+            (corner, Param("delay_share", 0.0, 0.25)),
+            lambda _: [{"corner_hz": f, "delay_share": 0.1} for f in corners],
+            path=lambda path, v: path.but(
+                corner_hz=v["corner_hz"],
+                delay_s=path.delay_s + v["delay_share"] / (2 * np.pi * v["corner_hz"]),
+                substeps_min=4,
+            ),
+            refines=True,
         ),
     ]
 
@@ -444,6 +461,17 @@ def _sensor_forms(s: Scales) -> list[Form]:
         moved: Array = y + v["drift_um_per_s"] * t - v["settle_um"] * np.expm1(-t / v["settle_s"])
         return moved
 
+    bends = tuple(
+        Param(f"drift{k}_um", -s.stroke_um, s.stroke_um, scale=s.stroke_um)
+        for k in range(1, DRIFT_DEGREE + 1)
+    )
+
+    def bent(y: Array, trace: Trace, v: Values) -> Array:
+        z = 2 * trace.t_s / s.length_max_s - 1
+        series = np.array([0.0, *(v[p.key] for p in bends)])
+        moved: Array = y + legval(z, series) - float(legval(-1.0, series))
+        return moved
+
     def places(trace: Trace, v: Values) -> Array:
         n: Array = np.arange(trace.u_V.size, dtype=np.float64)
         return n * (1 + v["skew_ppm"] * 1e-6)
@@ -470,6 +498,14 @@ def _sensor_forms(s: Scales) -> list[Form]:
                 for k in (0.05, 0.15, 0.4, 1.0)
             ],
             measure=_later(drifted),
+        ),
+        Form(
+            "drift",
+            "smooth in time",
+            bends,
+            _null_start(bends),
+            measure=_later(bent),
+            linear=True,
         ),
         Form(
             "clock_skew",

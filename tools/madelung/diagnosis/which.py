@@ -28,6 +28,10 @@ S = TypeVar("S")
 
 GAIN_MIN = 40.0
 """Fall of the cost, in units of the noise, below which nothing is accepted."""
+GAIN_FURTHER = 150.0
+FURTHER_SHARE = 1e-3
+"""An effect that joins others must show more clearly, and be more than this share of the whole gap:
+no model is so right that what it leaves is nothing but noise."""
 HOPEFUL_SHARE = 0.5
 """Of `GAIN_MIN`, below which no other form of an effect is tried."""
 HOPELESS = 4000.0
@@ -364,18 +368,22 @@ class Engine:
     def accepted(self, old: Fit, new: Fit, null: Fit) -> bool:
         """Whether the richer hypothesis is proven against the poorer one."""
         extra = len(new.params) - len(old.params)
-        if self.gain(old, new) < GAIN_MIN + GAIN_PER_PARAM * max(extra, 1):
+        further = len(old.forms) > len(null.forms)
+        least = (GAIN_FURTHER if further else GAIN_MIN) + GAIN_PER_PARAM * max(extra, 1)
+        if self.gain(old, new) < least:
             return False
         if _spread_gain(old, new) < GAIN_MIN / 2:
             return False
         least = CLEAN_VISIBLE if extra <= STIFF_PARAMS else VISIBLE_SHARE
         visible, telling = self._shares(old, new, null)
+        if further and visible[-1] < FURTHER_SHARE:
+            return False
         clean = (telling > CLEAN_SHARE) & (visible > least)
         large = (telling > REMAINDER_SHARE) & (visible > VISIBLE_SHARE)
         return bool(np.any(clean | large))
 
     def _shares(self, old: Fit, new: Fit, null: Fit) -> tuple[Array, Array]:
-        """What the richer hypothesis removes, by record and of all, as a share of two wholes.
+        """What the richer hypothesis removes, by record and at last of all, as shares of two wholes.
 
         Of the whole gap, and of what the poorer hypothesis left of it.
         """
