@@ -77,6 +77,14 @@ static mdl_status check_rate(const mdl_rate_params *p)
                            (p->widening == MDL_C(0.0) || p->relax.decay == MDL_C(0.0)));
 }
 
+static mdl_status check_bouc(const mdl_bouc_params *p)
+{
+    const mdl_real v[] = {p->size_um, p->per_volt, p->power, p->asymmetry};
+    return judge(v, COUNT(v),
+                 p->per_volt >= MDL_C(0.0) && p->power >= MDL_C(1.0) && p->power <= MDL_C(4.0) &&
+                     p->asymmetry >= MDL_C(-0.9) && p->asymmetry <= MDL_C(1.0));
+}
+
 static mdl_status check_creep(const mdl_chain_params *p)
 {
     mdl_status status = MDL_OK;
@@ -126,6 +134,7 @@ static mdl_status check_blocks(const mdl_chain_params *p)
     CHECK(MDL_BLOCK_SLEW, check_slew(&p->slew))
     CHECK(MDL_BLOCK_LAG, check_lag(&p->lag))
     CHECK(MDL_BLOCK_RATE, check_rate(&p->rate))
+    CHECK(MDL_BLOCK_BOUC, check_bouc(&p->bouc))
     CHECK(MDL_BLOCK_YANG, check_yang(p))
     CHECK(MDL_BLOCK_CREEP, check_creep(p))
     CHECK(MDL_BLOCK_MODES, check_modes(p))
@@ -191,11 +200,20 @@ static mdl_status limit(const mdl_chain *chain, mdl_real *u_volts)
     return MDL_CLAMPED;
 }
 
+/* What the part by Bouc and Wen adds, um. */
+static mdl_real bouc(mdl_chain *chain, mdl_real x)
+{
+    return acts(chain, MDL_BLOCK_BOUC) ? mdl_bouc_step(&chain->at.bouc, &chain->params->bouc, x)
+                                       : MDL_C(0.0);
+}
+
 /* The hysteresis alone, at rest, to a drive x above u_min. */
 static mdl_status lead(mdl_chain *chain, mdl_real x, mdl_real *y)
 {
+    mdl_status status = mdl_traj_step(&chain->traj, x, y);
     (void)mdl_plays_step(&chain->at.plays, &chain->plays, x, MDL_C(0.0));
-    return mdl_traj_step(&chain->traj, x, y);
+    *y += bouc(chain, x);
+    return status;
 }
 
 mdl_status mdl_chain_lead(mdl_chain *chain, mdl_real u_volts)
@@ -219,9 +237,10 @@ void mdl_chain_reset(mdl_chain *chain)
     chain->at.delayed_um = p->major.at_zero_um;
     mdl_delay_reset(&chain->delay, MDL_C(0.0));
     chain->started = 0;
-    if (acts(chain, MDL_BLOCK_SATURATION)) {
+    if (acts(chain, MDL_BLOCK_SATURATION) || acts(chain, MDL_BLOCK_BOUC)) {
         (void)mdl_chain_lead(chain, p->u_min_volts + p->major.range_volts);
         (void)mdl_chain_lead(chain, p->u_min_volts);
+        chain->at.bouc.rest = chain->at.bouc.z;
     }
 }
 
@@ -334,12 +353,15 @@ static mdl_status hysteresis(mdl_chain *chain, mdl_real v, mdl_real *y)
     const mdl_chain_params *p = chain->params;
     mdl_real x = v - p->u_min_volts;
     mdl_real rise = v - chain->at.drive_volts;
+    mdl_status status;
     chain->at.drive_volts = v;
     if (acts(chain, MDL_BLOCK_YANG)) {
         return mdl_yang_step(&chain->at.yang, p->yang, v, y);
     }
-    return acts(chain, MDL_BLOCK_RATE) ? with_rate(chain, x, rise, y)
-                                       : mdl_traj_step(&chain->traj, x, y);
+    status = acts(chain, MDL_BLOCK_RATE) ? with_rate(chain, x, rise, y)
+                                         : mdl_traj_step(&chain->traj, x, y);
+    *y += bouc(chain, x);
+    return status;
 }
 
 /* Mechanics box: flexure modes, then backlash. The delay, which commutes, comes last. */

@@ -3,8 +3,8 @@
  * @brief The signal path from the commanded voltage to the displacement: what firmware and tools
  *        call.
  *
- * u -> saturation -> slew limit -> amplifier lag -> trajectory (+ asymmetry, non-Masing, rate
- * dependence) -> creep -> flexure modes -> backlash -> delay -> gain, offset -> y
+ * u -> saturation -> slew limit -> amplifier lag -> trajectory (+ asymmetry, non-Masing, Bouc-Wen,
+ * rate dependence) -> creep -> flexure modes -> backlash -> delay -> gain, offset -> y
  *
  * In the trajectory's place the model of Yang et al. may stand, which has its own rate dependence.
  *
@@ -19,6 +19,7 @@
 #ifndef MDL_CHAIN_H
 #define MDL_CHAIN_H
 
+#include "mdl_bouc.h"
 #include "mdl_delay.h"
 #include "mdl_drive.h"
 #include "mdl_mode.h"
@@ -37,7 +38,8 @@
 #define MDL_BLOCK_BACKLASH 64u
 #define MDL_BLOCK_DELAY 128u
 #define MDL_BLOCK_GAIN 256u
-#define MDL_BLOCK_YANG 512u /**< in the trajectory's and the rate dependence's place */
+#define MDL_BLOCK_BOUC 1024u /**< beside the trajectory */
+#define MDL_BLOCK_YANG 512u  /**< in the trajectory's and the rate dependence's place */
 
 /** One mode of the creep ladder: gain * 1 / (1 + tau s). */
 typedef struct {
@@ -56,6 +58,7 @@ typedef struct {
     mdl_slew_params slew; /**< per substep */
     mdl_lag_params lag;
     mdl_rate_params rate;
+    mdl_bouc_params bouc;
     uint16_t creep_count;
     mdl_creep_mode creep[MDL_CREEP_MODES_MAX];
     uint16_t mode_count;
@@ -78,6 +81,7 @@ typedef struct {
     mdl_lag speed;
     mdl_real gripped_volts; /**< behind the play of the rate block, less u_min */
     mdl_plays plays;
+    mdl_bouc bouc;
     mdl_yang yang;
     mdl_real hysteresis_um;
     mdl_lag creep[MDL_CREEP_MODES_MAX];

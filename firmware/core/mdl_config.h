@@ -55,6 +55,11 @@
 #define MDL_DELAY_MAX 64
 #endif
 
+/** Most steps of a sample of Bouc and Wen's equation. Limit: 16 to 32767. Costs time alone. */
+#ifndef MDL_BOUC_STEPS_MAX
+#define MDL_BOUC_STEPS_MAX 2048
+#endif
+
 /**
  * A function that is compiled into its callers, and one that never is: what runs on every sample
  * stays together, and saves no registers for what seldom runs. Where the compiler has no such
@@ -80,6 +85,7 @@ MDL_STATIC_ASSERT(MDL_CREEP_MODES_MAX >= 1 && MDL_CREEP_MODES_MAX <= 32, creep_m
 MDL_STATIC_ASSERT(MDL_MODES_MAX >= 1 && MDL_MODES_MAX <= 4, modes_in_range);
 MDL_STATIC_ASSERT(MDL_PLAYS_MAX >= 1 && MDL_PLAYS_MAX <= 255, plays_in_range);
 MDL_STATIC_ASSERT(MDL_HARMONICS_MAX >= 1 && MDL_HARMONICS_MAX <= 255, harmonics_in_range);
+MDL_STATIC_ASSERT(MDL_BOUC_STEPS_MAX >= 16 && MDL_BOUC_STEPS_MAX <= 32767, bouc_steps_in_range);
 MDL_STATIC_ASSERT(MDL_DELAY_MAX >= 4 && MDL_DELAY_MAX <= 32767, delay_in_range);
 
 #endif

@@ -48,7 +48,9 @@ FULL = PATH.but(**{k: v for fields in FIELDS.values() for k, v in fields.items()
     threshold_V=0.3,
     v_knee=0.07,
     velocity_tau_s=2e-4,
+    of_speed=1.0,
 )
+VISCOUS = ({"relax_s": 1.23e-3}, {"relax_per_V_s": 321.0})
 SKEW = Block("clock_skew", "clock skew", {"skew_ppm": 120.0})
 STEP_S = 1e-4
 
@@ -61,11 +63,25 @@ def test_an_effect_is_one_block_and_comes_back(effect: str) -> None:
     assert path_of(augmented_model(path, 140.0)) == path
 
 
+@pytest.mark.parametrize("law", VISCOUS)
+def test_viscous_operators_are_a_rate_dependence_and_come_back(law: dict[str, float]) -> None:
+    path = PATH.but(**law)
+    (block,) = path_to_blocks(path)
+    assert block.effect == "rate_dependence"
+    assert {k: v for k, v in block.parameters.items() if v} == law | {
+        "power": 1.0,
+        "v_ref_V_per_s": 1.0,
+    }
+    assert path_of(augmented_model(path, 140.0)) == path
+
+
 def test_all_effects_come_back_from_a_file(tmp_path: Path) -> None:
     assert [k for k, v in vars(FULL).items() if v == getattr(PATH, k)] == [
         "u_min_V",
         "range_V",
         "f0",
+        "relax_s",  # viscous operators do not widen
+        "relax_per_V_s",
         "yang",  # a kind of model of its own
     ]
     model = augmented_model(
@@ -88,6 +104,7 @@ def test_all_effects_come_back_from_a_file(tmp_path: Path) -> None:
 def test_what_does_nothing_is_no_block() -> None:
     idle = PATH.but(knee_V=1.0, power=0.5, v_ref_V_per_s=3.0, substeps_min=4)
     idle = idle.but(knee_power=2.0, v_knee=0.1, slew_fall_V_per_s=500.0, spring_share=0.3)
+    idle = idle.but(velocity_tau_s=1e-3, of_speed=1.0)
     assert path_to_blocks(idle) == ()
     assert discretise(PATH, STEP_S) == discretise(path_of(augmented_model(PATH, 140.0)), STEP_S)
 
@@ -140,6 +157,9 @@ def block(effect: str, **parameters: object) -> dict[str, Any]:
         ([block("rate_dependence", v_ref_V_per_s=1, power=5)], "power = 5 must be"),
         ([block("rate_dependence", v_ref_V_per_s=1, widening=-1)], "widening = -1 must be 0"),
         ([block("rate_dependence", v_ref_V_per_s=1, v_knee=-1)], "v_knee = -1 must be 0"),
+        ([block("rate_dependence", v_ref_V_per_s=1, of_speed=2)], "of_speed = 2 must be 0 to 1"),
+        ([block("rate_dependence", v_ref_V_per_s=1, relax_s=-1)], "relax_s = -1 must be 0"),
+        ([block("rate_dependence", v_ref_V_per_s=1, relax_per_V_s=-1)], "= -1 must be 0"),
         ([block("creep", modes={})], "creep: modes must be a list"),
         ([block("creep", modes=[{"tau_s": 0, "gain": 1}])], "creep: tau_s = 0 must be"),
         ([block("resonance", modes=[MODE | {"zeta": -0.1}])], "zeta = -0.1 must be 0"),
@@ -186,12 +206,13 @@ def predict(model: Model, table: pd.DataFrame, folder: Path, *options: str) -> p
 
 
 @pytest.mark.parametrize("precision", ["float32", "float64"])
-def test_predict_runs_every_block(precision: Any, tmp_path: Path) -> None:
+@pytest.mark.parametrize("path", [FULL, *(FULL.but(widening=0.0, **law) for law in VISCOUS)])
+def test_predict_runs_every_block(path: SignalPath, precision: Any, tmp_path: Path) -> None:
     u = command()
     table = pd.DataFrame({"t_s": np.arange(u.size) * STEP_S, "u_V": u})
     options = ["--reference"] if precision == "float64" else []
-    out = predict(augmented_model(FULL, 140.0), table, tmp_path, *options)
-    expected = Runner(-20.0, 160.0, precision).run(FULL, u, STEP_S)
+    out = predict(augmented_model(path, 140.0), table, tmp_path, *options)
+    expected = Runner(-20.0, 160.0, precision).run(path, u, STEP_S)
     # The sample time is read from rounded time stamps.
     np.testing.assert_allclose(out["predicted_um"], expected, rtol=0, atol=2e-6)
 

@@ -6,6 +6,7 @@ samples), numpy's polynomials, and solutions that can be written down.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from contextlib import suppress
 
 import numpy as np
@@ -23,6 +24,7 @@ from madelung.path import (
     Runner,
     SignalPath,
     augmented_model,
+    discretise,
     mode_coefficients,
     predictor,
 )
@@ -56,6 +58,10 @@ BLOCKS = {
     "thresholds": PATH.but(threshold_V=2.0, **RATE),
     "damping with a knee": PATH.but(damping_um=-0.1, v_knee=0.05, **RATE),
     "widening with a knee": PATH.but(widening=0.2, v_knee=0.05, **RATE),
+    "widening with the speed": PATH.but(widening=0.2, of_speed=1.0, **RATE),
+    "thresholds of the speed": PATH.but(threshold_V=2.0, of_speed=1.0, **RATE),
+    "viscous operators": PATH.but(relax_s=1e-3),
+    "viscous operators by the square": PATH.but(relax_per_V_s=300.0),
     "creep": PATH.but(creep=tuple(CreepMode(tau, 0.01) for tau in TAUS_S)),
     "mode": PATH.but(modes=(Mode(300.0, 0.01),)),
     "two modes": PATH.but(modes=(Mode(300.0, 0.01, 0.9), Mode(3.0, 0.001, 0.1))),
@@ -68,14 +74,22 @@ BLOCKS = {
 
 
 OTHERS = ("hard saturation", "soft saturation", "mode", "delay of less than a sample")
+VISCOUS = ("viscous operators", "viscous operators by the square")
+"""One law, and beside no widening."""
+ALL = {
+    "all": {"relax_s": 0.0, "relax_per_V_s": 0.0},
+    "all with viscous operators": {"widening": 0.0, "relax_per_V_s": 0.0, "of_speed": 0.0},
+    "all with viscous operators by the square": {"widening": 0.0, "relax_s": 0.0},
+}
+"""What is left out of all blocks."""
 
 
-def all_blocks() -> SignalPath:
-    """Every block at once."""
+def all_blocks(name: str) -> SignalPath:
+    """Every block at once that can be."""
     path = PATH
     for own in (vars(p) for name, p in BLOCKS.items() if name not in OTHERS):
         path = path.but(**{k: v for k, v in own.items() if v != getattr(PATH, k)})
-    return path
+    return path.but(**ALL[name])
 
 
 def long_command(n: int) -> Array:
@@ -87,11 +101,11 @@ def long_command(n: int) -> Array:
     return (codes * np.float32(RANGE_V / 4095)).astype(np.float64)
 
 
-@pytest.mark.parametrize("name", [*BLOCKS, "all"])
+@pytest.mark.parametrize("name", [*BLOCKS, *ALL])
 def test_float_stays_within_a_tenth_of_an_adc_step_of_double(name: str) -> None:
     """Over 10^6 samples (all together: fewer), rounding of the coefficients included."""
-    model = augmented_model(BLOCKS.get(name) or all_blocks(), RANGE_V)
-    u = long_command(200_000 if name == "all" else 1_000_000)
+    model = augmented_model(BLOCKS.get(name) or all_blocks(name), RANGE_V)
+    u = long_command(200_000 if name in ALL else 1_000_000)
     y32, y64 = (
         predictor(model, precision, STEP_S, 0.0).run(u).astype(np.float64)
         for precision in ("float32", "float64")
@@ -389,25 +403,32 @@ def substepped(u: Array) -> tuple[Array, Array]:
     return fine, np.diff(fine, prepend=fine[0])
 
 
-def speeds(rises: Array, step_s: float, tau_s: float) -> Array:
-    """Their sizes over the step, V/s, behind a pole."""
-    found = np.zeros_like(rises)
-    for i in range(1, rises.size):
+def sizes(rises: Array, step_s: float, tau_s: float, of_speed: float) -> Array:
+    """Of the velocity behind a pole, or the speed behind it, V/s."""
+    v = (np.abs(rises) if of_speed else rises) / step_s
+    found = np.zeros_like(v)
+    for i in range(1, v.size):
         settled = -np.expm1(-step_s / tau_s)
-        found[i] = found[i - 1] + settled * (abs(rises[i]) / step_s - found[i - 1])
-    return found
+        found[i] = found[i - 1] + settled * (v[i] - found[i - 1])
+    return np.abs(found)
 
 
-@pytest.mark.parametrize(("v_knee", "tau_s"), [(0.0, 0.0), (0.05, 0.0), (0.05, 1e-3)])
-def test_widening_is_a_loop_over_plays_with_growing_thresholds(v_knee: float, tau_s: float) -> None:
-    """Of 32 operators with the weights of f0, at knots of a 33rd of the range."""
-    u = command()[1]
+def operators() -> tuple[Array, Array]:
+    """Half widths and weights of 32 with f0, at knots of a 33rd of the range."""
     knots = np.linspace(0.0, RANGE_V, 34)
-    weights = np.diff(polynomial.polyval(knots, PATH.f0), 2) / knots[1]
-    half = knots[1:-1] / 2
+    return knots[1:-1] / 2, np.diff(polynomial.polyval(knots, PATH.f0), 2) / knots[1]
+
+
+@pytest.mark.parametrize("of_speed", [0.0, 1.0])
+@pytest.mark.parametrize(("v_knee", "tau_s"), [(0.0, 0.0), (0.05, 0.0), (0.05, 1e-3)])
+def test_widening_is_a_loop_over_plays_with_growing_thresholds(
+    v_knee: float, tau_s: float, of_speed: float
+) -> None:
+    u = command()[1]
+    half, weights = operators()
     fine, rises = substepped(u)
     inner_s = STEP_S / 4
-    v = speeds(rises, inner_s, tau_s or inner_s / 2) / 5000.0
+    v = sizes(rises, inner_s, tau_s or inner_s / 2, of_speed) / 5000.0
     grow = 0.2 * ((v + v_knee) ** 0.7 - v_knee**0.7)
     still = grown = half
     held = np.empty(fine.size)
@@ -416,26 +437,101 @@ def test_widening_is_a_loop_over_plays_with_growing_thresholds(v_knee: float, ta
         wide = half * (1 + grow[i])
         grown = np.clip(grown, x - wide, x + wide)
         held[i] = weights @ (still - grown)
-    path = PATH.but(widening=0.2, v_knee=v_knee, velocity_tau_s=tau_s, **RATE)
+    path = PATH.but(widening=0.2, v_knee=v_knee, velocity_tau_s=tau_s, of_speed=of_speed, **RATE)
     assert np.ptp(held) > 0.02
     np.testing.assert_allclose(run(path, u), run(PATH, u) - held[::4], rtol=0, atol=1e-8)
 
 
+@pytest.mark.parametrize("of_speed", [0.0, 1.0])
 @pytest.mark.parametrize("v_knee", [0.0, 0.05])
-def test_thresholds_take_the_speed_which_stays_where_the_command_turns(v_knee: float) -> None:
-    """On a straight line without its first operator: a play of that width."""
+def test_thresholds_are_a_play_of_the_rate_in_front(v_knee: float, of_speed: float) -> None:
+    """On a parabola, without the first operator; the speed stays where the command turns."""
     u = command()[1]
     fine, rises = substepped(u)
     inner_s = STEP_S / 4
-    v = speeds(rises, inner_s, 1e-3) / 5000.0
+    v = sizes(rises, inner_s, 1e-3, of_speed) / 5000.0
     later = 2.0 * ((v + v_knee) ** 0.7 - v_knee**0.7)
     x = np.zeros(fine.size)
     for i in range(1, fine.size):
         x[i] = np.clip(x[i - 1], fine[i] - later[i], fine[i] + later[i])
     bare = PATH.but(f0=(0.3, 0.0, 8e-4))
-    path = bare.but(threshold_V=2.0, v_knee=v_knee, velocity_tau_s=1e-3, **RATE)
+    path = bare.but(threshold_V=2.0, v_knee=v_knee, velocity_tau_s=1e-3, of_speed=of_speed, **RATE)
     turns = run(bare, x, inner_s)
     np.testing.assert_allclose(run(path, u), turns[::4], rtol=0, atol=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("law", "behind_V"),
+    [
+        ({"relax_s": 1e-6}, 500.0 * 1e-6),
+        ({"relax_s": 2.5e-5}, 500.0 * 2.5e-5),
+        ({"relax_s": 2e-4}, 500.0 * 2e-4),
+        ({"relax_per_V_s": 1e9}, (500.0 / 1e9) ** 0.5),
+        ({"relax_per_V_s": 1e6}, (500.0 / 1e6) ** 0.5),
+        ({"relax_per_V_s": 2e4}, (500.0 / 2e4) ** 0.5),
+    ],
+)
+def test_viscous_operators_lag_behind_a_ramp_as_their_law_says(
+    law: dict[str, float], behind_V: float
+) -> None:
+    """By tau v or sqrt(v / k), whatever the sample time, once the last of them has settled."""
+    up = np.arange(2001) * 0.05
+    found = run(PATH, np.append(up, up[::-1])) - run(PATH.but(**law), np.append(up, up[::-1]))
+    expected = operators()[1].sum() * behind_V
+    np.testing.assert_allclose(found[[2000, -1]], [expected, -expected], 1e-7)
+
+
+def viscous(u: Array, rate: Callable[[Array], Array], parts: int = 64) -> Array:
+    """What operators hold back whose distance o shrinks at this rate: the midpoint rule."""
+    half, weights = operators()
+    still = at = half
+    step_s = STEP_S / parts
+    held = np.zeros(u.size)
+    for i in range(1, u.size):
+        x = np.linspace(u[i - 1], u[i], 2 * parts + 1)
+        for k in range(parts):
+            o = at - np.clip(at, x[2 * k] - half, x[2 * k] + half)
+            mid = at - rate(o) * step_s / 2
+            o = mid - np.clip(mid, x[2 * k + 1] - half, x[2 * k + 1] + half)
+            at = at - rate(o) * step_s
+        still = np.clip(still, u[i] - half, u[i] + half)
+        held[i] = weights @ (still - at)
+    return held
+
+
+@pytest.mark.parametrize(
+    ("law", "rate"),
+    [
+        ({"relax_s": 1e-3}, lambda o: o / 1e-3),
+        ({"relax_s": 1e-4}, lambda o: o / 1e-4),
+        ({"relax_per_V_s": 300.0}, lambda o: 300.0 * o * np.abs(o)),
+        ({"relax_per_V_s": 5000.0}, lambda o: 5000.0 * o * np.abs(o)),
+    ],
+)
+def test_viscous_operators_solve_their_equation(
+    law: dict[str, float], rate: Callable[[Array], Array]
+) -> None:
+    """Where an operator starts or turns within a step is all that is lost: less in finer steps."""
+    u = command(700)[1]
+    u = np.concatenate([u, np.full(100, u[-1]), np.linspace(u[-1], 70.0, 100)])
+    held = viscous(u, rate)
+    assert np.ptp(held) > 0.004
+    for substeps, error in ((4, 1e-3), (32, 5e-5)):
+        found = Runner(0.0, RANGE_V).run(PATH.but(**law), u, STEP_S, substeps=substeps)
+        assert np.abs(run(PATH, u) - held - found).max() < error * np.ptp(held)
+
+
+@pytest.mark.parametrize("share", [1e-9, 1e-4, 9.9e-4, 1.01e-3, 0.1, 2.0, 80.0])
+def test_linear_operators_follow_earlier_by_what_the_sample_time_asks(share: float) -> None:
+    """By tau / h - e^(-h / tau) / (1 - e^(-h / tau)) samples, here in more digits."""
+    rate = discretise(PATH.but(relax_s=STEP_S / 4 / share), STEP_S).rate
+    assert rate is not None
+    h = np.longdouble(share)
+    decay, early, pull = rate[10:]
+    series = 0.5 - h / 12 + h**3 / 720
+    exact = series if share < 1e-5 else 1 / h + 1 / np.expm1(-h) + 1
+    assert decay == pytest.approx(float(np.exp(-h)), rel=1e-12) and pull == 0.0
+    assert early == pytest.approx(float(exact), abs=1e-9)
 
 
 @pytest.mark.parametrize("v_V_per_s", [100.0, 2000.0])
@@ -457,7 +553,15 @@ def settled_rows(sign: Array) -> NDArray[np.bool_]:
     return rows
 
 
-@pytest.mark.parametrize("bad", [{"high_V": 1.0, "low_V": 2.0}, {"widening": -0.1}])
+@pytest.mark.parametrize(
+    "bad",
+    [
+        {"high_V": 1.0, "low_V": 2.0},
+        {"widening": -0.1},
+        {"widening": 0.1, "relax_s": 1e-3},
+        {"relax_per_V_s": -1.0},
+    ],
+)
 def test_a_path_that_no_chain_takes_spoils_no_other(bad: dict[str, float]) -> None:
     u = command()[1]
     runner = Runner(0.0, RANGE_V)

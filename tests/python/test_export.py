@@ -52,6 +52,9 @@ BLOCKS = {
     "widening": {"widening": 0.5, "power": 1.3, "v_ref_V_per_s": 1e5},
     "thresholds": {"threshold_V": 1.7, "power": 0.4, "v_ref_V_per_s": 1e5},
     "a law with a knee": {"widening": 0.5, "power": 0.4, "v_ref_V_per_s": 1e5, "v_knee": 0.03},
+    "a law of the speed": {"threshold_V": 1.7, "v_ref_V_per_s": 1e5, "of_speed": 1.0},
+    "viscous operators": {"relax_s": 1.23e-3},
+    "viscous operators by the square": {"relax_per_V_s": 321.0},
     "shape": {"shape": SHAPE},
     "creep": {"creep": CREEP},
     "modes": {"modes": (Mode(312.3, 0.0123, 0.91), Mode(1234.5, 0.03, 0.09))},
@@ -60,10 +63,15 @@ BLOCKS = {
     "delay": {"delay_s": 3.21e-4},
     "gain and offset": {"gain": 1.0321, "offset_um": -0.123},
 }
-ALL = {k: v for block in BLOCKS.values() for k, v in block.items()}
+TOGETHER = {k: v for block in BLOCKS.values() for k, v in block.items()}
+ALL = {
+    "all blocks": TOGETHER | {"relax_s": 0.0, "relax_per_V_s": 0.0},
+    "all blocks, viscous": TOGETHER | {"widening": 0.0, "relax_per_V_s": 0.0},
+    "all blocks, viscous by the square": TOGETHER | {"widening": 0.0, "relax_s": 0.0},
+}
 AUGMENTED = {
     name: augmented_model(PATH.but(**fields), 130.0)
-    for name, fields in (BLOCKS | {"no block": {}, "all blocks": ALL}).items()
+    for name, fields in (BLOCKS | {"no block": {}} | ALL).items()
 }
 RATE_HZ = 10_000
 RUN = r"""

@@ -68,7 +68,8 @@ def run_firmware(folder: Path, codes: ArrayLike, image: str = "firmware.elf") ->
 def run(machine: Machine, algorithm: str, x_volts: ArrayLike, *more: int) -> NDArray[np.void]:
     """Run one algorithm over x, shape (n,), in volts; gives n rows of `ROW`.
 
-    ``ours`` and ``reference`` take one more word, the degree of f0; ``chain`` the blocks that act.
+    ``ours`` and ``reference`` take one more word, the degree of f0; ``chain`` the blocks that act
+    and, above 16 bits, which path of params.py it is.
     """
     build()
     head = np.array([ALGORITHMS.index(algorithm), *more], "<u4").tobytes()

@@ -1,4 +1,8 @@
-"""The signal path with every block that the machines run: params.py FOLDER writes it as C."""
+"""The signal paths that the machines run: params.py FOLDER writes them as C.
+
+The first has every block, and goes into FOLDER itself; the others, with what cannot be on beside
+that, go into folders of their names.
+"""
 
 from __future__ import annotations
 
@@ -29,6 +33,7 @@ PATH = SignalPath(
     power=0.7,
     v_ref_V_per_s=3000.0,
     v_knee=0.04,
+    of_speed=1.0,
     creep=(CreepMode(0.01, 0.02), CreepMode(600.0, 0.01)),
     modes=(Mode(312.3, 0.012, 0.9), Mode(1234.5, 0.03, 0.1)),
     dead_band_um=0.03,
@@ -53,6 +58,12 @@ PATH = SignalPath(
     ),
 )
 MODEL = replace(augmented_model(PATH, 40.0), yang=PATH.yang)
+_SOFT = PATH.but(knee_power=0.0, widening=0.0, of_speed=0.0, shape=None, yang=None)
+OTHERS = {"viscous": _SOFT.but(relax_s=1.1e-3), "by_square": _SOFT.but(relax_per_V_s=230.0)}
 
 if __name__ == "__main__":
-    write_params(MODEL, Scaling(RATE_HZ, (0.0, 40.0), (0.0, 6.0)), Path(sys.argv[1]))
+    folder = Path(sys.argv[1])
+    scaling = Scaling(RATE_HZ, (0.0, 40.0), (0.0, 6.0))
+    write_params(MODEL, scaling, folder)
+    for name, path in OTHERS.items():
+        write_params(augmented_model(path, 40.0), scaling, folder / name)

@@ -1,8 +1,8 @@
 /*
  * Runs one algorithm over a record of reals, with the timing pin high around each step. The first
  * word of the input is the algorithm; ours and the paper's take the degree of model.h's f0 as a
- * second word, the whole chain of mdl_params.h the blocks that act. Then come volts as the bits of
- * floats.
+ * second word, the whole chain the blocks that act, and above 16 bits which of the paths of
+ * params.py it runs. Then come volts as the bits of floats.
  */
 #include "board.h"
 #include "cao2019.h"
@@ -10,6 +10,14 @@
 #include "mdl_traj.h"
 #include "model.h"
 #include "play.h"
+
+/* Beside mdl_params, which is linked: other paths' parameters, which are named alike. */
+#define mdl_params viscous_params
+#include "viscous/mdl_params.c"
+#undef mdl_params
+#define mdl_params by_square_params
+#include "by_square/mdl_params.c"
+#undef mdl_params
 
 enum { OURS = 0, REFERENCE = 1, PLAY = 2, NOTHING = 3, CHAIN = 4 };
 
@@ -87,8 +95,9 @@ static void run_chain(void)
     mdl_real_bits u;
     mdl_real y = 0.0f;
     uint32_t word = 0;
+    const mdl_app_params *const paths[] = {&mdl_params, &viscous_params, &by_square_params};
     (void)board_read(&word);
-    params = mdl_params.chain;
+    params = paths[word >> 16]->chain;
     params.blocks = (uint16_t)(word & ~CHAIN_SHAPE);
     if ((word & CHAIN_SHAPE) == 0) {
         params.major.shape = 0;

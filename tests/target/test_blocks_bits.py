@@ -9,7 +9,7 @@ import inputs
 import numpy as np
 import pytest
 from machines import Machine, run
-from params import MODEL, PATH, RATE_HZ
+from params import MODEL, OTHERS, PATH, RATE_HZ
 
 from madelung.core import Chain, Predictor
 from madelung.path import discretise
@@ -21,6 +21,12 @@ OFF: dict[str, Any] = {name: getattr(Chain(), name) for name in [*NAMES, "shape"
 MASKS = {name: 1 << k for k, name in enumerate(NAMES)} | {"shape": SHAPE}
 ALL = sum(MASKS.values())
 MASKS |= {"all": ALL - MASKS["yang"], "all around yang": ALL}
+CASES = {name: (0, mask) for name, mask in MASKS.items()} | {
+    f"{name} of {path}": (k, MASKS[name] - (MASKS[name] & SHAPE))
+    for k, path in enumerate(OTHERS, 1)
+    for name in ("saturation", "rate", "all")
+}
+"""By name: which of params.py's paths, and the blocks that act."""
 
 
 def volts() -> np.ndarray:
@@ -29,8 +35,8 @@ def volts() -> np.ndarray:
     return inputs.volts(codes)
 
 
-def on_the_pc(mask: int) -> tuple[np.ndarray, np.ndarray]:
-    chain = discretise(PATH, 1 / RATE_HZ)
+def on_the_pc(path: int, mask: int) -> tuple[np.ndarray, np.ndarray]:
+    chain = discretise([PATH, *OTHERS.values()][path], 1 / RATE_HZ)
     on = {name for name, bit in MASKS.items() if mask & bit}
     chain = replace(chain, **{name: off for name, off in OFF.items() if name not in on})
     y, _, count = Predictor(MODEL, "float32", chain).run_with_status(volts())
@@ -38,14 +44,16 @@ def on_the_pc(mask: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 @pytest.mark.parametrize("machine", ["avr", "mps2"])
-@pytest.mark.parametrize("name", MASKS)
+@pytest.mark.parametrize("name", CASES)
 def test_a_block_gives_the_same_bits_everywhere(name: str, machine: Machine) -> None:
-    rows = run(machine, "chain", volts(), MASKS[name])
-    y, count = on_the_pc(MASKS[name])
+    path, mask = CASES[name]
+    rows = run(machine, "chain", volts(), path << 16 | mask)
+    y, count = on_the_pc(path, mask)
     np.testing.assert_array_equal(rows["y_um"].view(np.int32), y.view(np.int32))
     np.testing.assert_array_equal(rows["count"], count)
 
 
-@pytest.mark.parametrize("name", MASKS)
+@pytest.mark.parametrize("name", CASES)
 def test_every_block_changes_the_output(name: str) -> None:
-    assert np.abs(on_the_pc(MASKS[name])[0] - on_the_pc(0)[0]).max() > 0.001
+    path, mask = CASES[name]
+    assert np.abs(on_the_pc(path, mask)[0] - on_the_pc(path, 0)[0]).max() > 0.001

@@ -69,6 +69,7 @@ static void use_everything(void)
     params.rate.damping_um = MDL_C(0.125);
     params.rate.widening = MDL_C(0.5);
     params.rate.threshold_volts = MDL_C(0.25);
+    params.rate.of_speed = 1;
     params.creep_count = 2;
     params.mode_count = 2;
     for (i = 0; i < 2u; i++) {
@@ -83,6 +84,17 @@ static void use_everything(void)
     params.delay.weight[1] = MDL_C(0.25);
     params.gain = MDL_C(1.5);
     params.offset_um = MDL_C(0.5);
+}
+
+/* Viscous operators in the place of the widening. */
+static void use_everything_viscous(mdl_real decay, mdl_real pull)
+{
+    use_everything();
+    params.rate.widening = MDL_C(0.0);
+    params.rate.of_speed = 0;
+    params.rate.relax.decay = decay;
+    params.rate.relax.early = pull > MDL_C(0.0) ? MDL_C(0.0) : MDL_C(0.4375);
+    params.rate.relax.pull = pull;
 }
 
 static void start(void)
@@ -180,6 +192,9 @@ void test_init_refuses_what_no_block_can_run_with(void)
                          &params.rate.damping_um,
                          &params.rate.widening,
                          &params.rate.threshold_volts,
+                         &params.rate.relax.decay,
+                         &params.rate.relax.early,
+                         &params.rate.relax.pull,
                          &params.creep[1].lag.ramp,
                          &params.creep[1].gain,
                          &params.mode[1].phi[1][0],
@@ -270,6 +285,37 @@ void test_a_rounded_knee_has_a_width_and_ends_before_the_middle(void)
     params.saturation.knee_volts = MDL_C(3.125);
     params.saturation.knee_power = MDL_C(0.0);
     start();
+}
+
+void test_viscous_operators_follow_one_law_and_do_not_grow(void)
+{
+    const struct {
+        mdl_relax_params relax;
+        mdl_real widening;
+        mdl_status status;
+    } cases[] = {{{MDL_C(0.5), MDL_C(0.25), MDL_C(0.0)}, MDL_C(0.0), MDL_OK},
+                 {{MDL_C(0.5), MDL_C(0.5), MDL_C(0.0)}, MDL_C(0.0), MDL_OK},
+                 {{MDL_C(1.0), MDL_C(0.0), MDL_C(8.0)}, MDL_C(0.0), MDL_OK},
+                 {{MDL_C(0.0), MDL_C(0.0), MDL_C(0.0)}, MDL_C(0.25), MDL_OK},
+                 {{MDL_C(-0.5), MDL_C(0.25), MDL_C(0.0)}, MDL_C(0.0), MDL_ERR_PARAMETER},
+                 {{MDL_C(1.5), MDL_C(0.25), MDL_C(0.0)}, MDL_C(0.0), MDL_ERR_PARAMETER},
+                 {{MDL_C(0.5), MDL_C(-0.25), MDL_C(0.0)}, MDL_C(0.0), MDL_ERR_PARAMETER},
+                 {{MDL_C(0.5), MDL_C(0.75), MDL_C(0.0)}, MDL_C(0.0), MDL_ERR_PARAMETER},
+                 {{MDL_C(0.5), MDL_C(0.25), MDL_C(-0.5)}, MDL_C(0.0), MDL_ERR_PARAMETER},
+                 {{MDL_C(0.5), MDL_C(0.25), MDL_C(0.5)}, MDL_C(0.0), MDL_ERR_PARAMETER},
+                 {{MDL_C(0.0), MDL_C(0.0), MDL_C(0.5)}, MDL_C(0.0), MDL_ERR_PARAMETER},
+                 {{MDL_C(1.0), MDL_C(0.0), MDL_C(0.0)}, MDL_C(0.0), MDL_ERR_PARAMETER},
+                 {{MDL_C(1.0), MDL_C(0.0), MDL_C(-8.0)}, MDL_C(0.0), MDL_ERR_PARAMETER},
+                 {{MDL_C(0.5), MDL_C(0.25), MDL_C(0.0)}, MDL_C(0.25), MDL_ERR_PARAMETER},
+                 {{MDL_C(1.0), MDL_C(0.0), MDL_C(8.0)}, MDL_C(0.25), MDL_ERR_PARAMETER}};
+    uint16_t k;
+    use_line(MDL_BLOCK_RATE);
+    params.rate.power = MDL_C(1.0);
+    for (k = 0; k < sizeof cases / sizeof cases[0]; k++) {
+        params.rate.relax = cases[k].relax;
+        params.rate.widening = cases[k].widening;
+        ASSERT_STATUS(cases[k].status, mdl_chain_init(&chain, &params, &left, &right));
+    }
 }
 
 void test_parameters_of_a_block_that_is_off_are_not_used(void)
@@ -384,11 +430,10 @@ void test_the_saturation_acts_on_the_history(void)
     STEP(1.0, 17.0, MDL_OK);
 }
 
-void test_history_leaves_every_dynamic_state_at_rest(void)
+static void history_leaves_everything_at_rest(void)
 {
     mdl_real first, y;
     uint16_t i;
-    use_everything();
     start();
     (void)mdl_chain_lead(&chain, MDL_C(4.5));
     (void)mdl_chain_lead(&chain, MDL_C(0.5));
@@ -398,6 +443,16 @@ void test_history_leaves_every_dynamic_state_at_rest(void)
         ASSERT_STATUS(MDL_OK, mdl_chain_step(&chain, MDL_C(1.0), &y));
         ASSERT_REAL(first, y);
     }
+}
+
+void test_history_leaves_every_dynamic_state_at_rest(void)
+{
+    use_everything();
+    history_leaves_everything_at_rest();
+    use_everything_viscous(MDL_C(0.5), MDL_C(0.0));
+    history_leaves_everything_at_rest();
+    use_everything_viscous(MDL_C(1.0), MDL_C(0.5));
+    history_leaves_everything_at_rest();
 }
 
 void test_lead_refuses_what_is_not_finite_and_changes_nothing(void)
@@ -512,17 +567,33 @@ void test_damping_takes_the_signed_velocity(void)
     STEP(0.0, 2.75, MDL_OK); /* v = 1/2 - 1 */
 }
 
-void test_thresholds_take_the_speed(void)
+static void use_thresholds(uint16_t of_speed)
 {
     use(square, 2, MDL_BLOCK_RATE);
     use_half_of_the_velocity();
     params.rate.threshold_volts = MDL_C(0.25);
+    params.rate.of_speed = of_speed;
     start();
+}
+
+void test_thresholds_can_take_the_speed(void)
+{
+    use_thresholds(1);
     STEP(-2.0, 0.0, MDL_OK);
     STEP(2.0, 12.25, MDL_OK);   /* a speed of 2: half a volt behind x = 4 */
     STEP(2.0, 14.0625, MDL_OK); /* a speed of 1: a quarter */
     /* A speed of 1/2 + 1/2, where the velocity is 0: a quarter of a volt above x = 3. */
     STEP(1.0, 14.0625 - 0.5 * 0.5, MDL_OK);
+}
+
+void test_thresholds_can_take_the_size_of_the_velocity(void)
+{
+    use_thresholds(0);
+    STEP(-2.0, 0.0, MDL_OK);
+    STEP(2.0, 12.25, MDL_OK); /* as with the speed until the input turns */
+    STEP(2.0, 14.0625, MDL_OK);
+    STEP(1.0, 14.0625 - 0.75 * 0.75, MDL_OK);   /* no velocity, at x = 3 */
+    STEP(0.0, 14.0625 - 1.625 * 1.625, MDL_OK); /* -1/2: an eighth of a volt above x = 2 */
 }
 
 /* What the chain's play operators hold back, on f0 = x^2, of x after a sample with this growth. */
@@ -542,11 +613,12 @@ static void use_widening(mdl_real widening)
     mdl_plays_reset(&plays, &plays_of_f0);
 }
 
-void test_widening_makes_the_thresholds_grow_with_the_speed(void)
+void test_widening_can_make_the_thresholds_grow_with_the_speed(void)
 {
     mdl_real first, turned;
     use_widening(MDL_C(0.25));
     use_half_of_the_velocity();
+    params.rate.of_speed = 1;
     start();
     STEP(-1.0, MDL_C(1.0) - held(MDL_C(1.0), MDL_C(0.0)), MDL_OK);
     first = held(MDL_C(5.0), MDL_C(0.5)); /* a speed of 2 */
@@ -555,6 +627,17 @@ void test_widening_makes_the_thresholds_grow_with_the_speed(void)
     turned = held(MDL_C(3.0), MDL_C(0.5)); /* of 1 + 1, where the velocity is 0 */
     TEST_ASSERT_TRUE(turned < first);
     STEP(1.0, MDL_C(21.0) - turned, MDL_OK);
+}
+
+void test_widening_can_make_the_thresholds_grow_with_the_velocity(void)
+{
+    use_widening(MDL_C(0.25));
+    use_half_of_the_velocity();
+    start();
+    STEP(-1.0, MDL_C(1.0) - held(MDL_C(1.0), MDL_C(0.0)), MDL_OK);
+    STEP(3.0, MDL_C(25.0) - held(MDL_C(5.0), MDL_C(0.5)), MDL_OK);  /* a velocity of 2 */
+    STEP(1.0, MDL_C(21.0) - held(MDL_C(3.0), MDL_C(0.0)), MDL_OK);  /* 1 - 1 */
+    STEP(-1.0, MDL_C(9.0) - held(MDL_C(1.0), MDL_C(0.25)), MDL_OK); /* -1 */
 }
 
 void test_widening_after_a_history(void)
@@ -586,6 +669,7 @@ void test_a_reset_takes_the_growth_back(void)
 {
     use_widening(MDL_C(0.25));
     use_half_of_the_velocity();
+    params.rate.of_speed = 1;
     start();
     STEP(-2.0, -held(MDL_C(0.0), MDL_C(0.0)), MDL_OK);
     STEP(2.0, MDL_C(16.0) - held(MDL_C(4.0), MDL_C(0.5)), MDL_OK);
@@ -593,6 +677,87 @@ void test_a_reset_takes_the_growth_back(void)
     mdl_plays_reset(&plays, &plays_of_f0);
     STEP(0.0, MDL_C(4.0) - held(MDL_C(2.0), MDL_C(0.0)), MDL_OK);
     STEP(0.0, MDL_C(4.0) - held(MDL_C(2.0), MDL_C(0.0)), MDL_OK); /* no speed is left */
+}
+
+/* The same of viscous operators, for a rise of x to where it is. */
+static mdl_real lagged(mdl_real x, mdl_real rise)
+{
+    return mdl_plays_relax(&plays, &plays_of_f0, x, rise, &params.rate.relax);
+}
+
+static void use_relaxing(uint16_t by_square)
+{
+    use_widening(MDL_C(0.0));
+    params.rate.power = MDL_C(1.0);
+    params.rate.relax.decay = by_square ? MDL_C(1.0) : MDL_C(0.5);
+    params.rate.relax.early = by_square ? MDL_C(0.0) : MDL_C(0.4375);
+    params.rate.relax.pull = by_square ? MDL_C(0.25) : MDL_C(0.0);
+}
+
+void test_viscous_operators_hold_the_displacement_back(void)
+{
+    uint16_t by_square, i;
+    for (by_square = 0; by_square < 2u; by_square++) {
+        mdl_real first, last;
+        use_relaxing(by_square);
+        start();
+        STEP(-1.0, MDL_C(1.0) - held(MDL_C(1.0), MDL_C(0.0)), MDL_OK); /* at rest */
+        first = lagged(MDL_C(5.0), MDL_C(4.0));
+        TEST_ASSERT_TRUE(first > MDL_C(1.0));
+        STEP(3.0, MDL_C(25.0) - first, MDL_OK);
+        last = lagged(MDL_C(5.0), MDL_C(0.0));
+        TEST_ASSERT_TRUE(last > MDL_C(0.0) && last < first);
+        STEP(3.0, MDL_C(25.0) - last, MDL_OK);
+        STEP(1.0, MDL_C(21.0) - lagged(MDL_C(3.0), MDL_C(-2.0)), MDL_OK);
+        for (i = 0; i < 20u; i++) {
+            STEP(-2.0, -lagged(MDL_C(0.0), i == 0 ? MDL_C(-3.0) : MDL_C(0.0)), MDL_OK);
+        }
+    }
+}
+
+void test_viscous_operators_follow_in_substeps(void)
+{
+    use_relaxing(0);
+    params.substeps = 2;
+    start();
+    STEP(-2.0, 0.0, MDL_OK);
+    (void)lagged(MDL_C(2.0), MDL_C(2.0));
+    STEP(2.0, MDL_C(16.0) - lagged(MDL_C(4.0), MDL_C(2.0)), MDL_OK);
+}
+
+void test_viscous_operators_are_at_rest_behind_a_history(void)
+{
+    use_relaxing(0);
+    start();
+    ASSERT_STATUS(MDL_OK, mdl_chain_lead(&chain, MDL_C(5.0)));
+    ASSERT_STATUS(MDL_OK, mdl_chain_lead(&chain, MDL_C(0.0)));
+    STEP(0.0, 24.0, MDL_OK); /* 49 - 5^2 */
+    (void)held(MDL_C(7.0), MDL_C(0.0));
+    (void)held(MDL_C(2.0), MDL_C(0.0));
+    STEP(0.0, MDL_C(24.0) - lagged(MDL_C(2.0), MDL_C(0.0)), MDL_OK);
+    STEP(2.0, MDL_C(28.0) - lagged(MDL_C(4.0), MDL_C(2.0)), MDL_OK);
+}
+
+void test_damping_beside_viscous_operators(void)
+{
+    use_relaxing(0);
+    use_rise_as_velocity(MDL_C(2.0));
+    params.rate.damping_um = MDL_C(0.5);
+    start();
+    STEP(-2.0, 0.0, MDL_OK);
+    STEP(2.0, MDL_C(24.0) - lagged(MDL_C(4.0), MDL_C(4.0)), MDL_OK); /* 16 + 0.5 * 4^2 */
+    STEP(2.0, MDL_C(16.0) - lagged(MDL_C(4.0), MDL_C(0.0)), MDL_OK);
+}
+
+void test_a_reset_takes_back_how_far_viscous_operators_are_behind(void)
+{
+    use_relaxing(1);
+    start();
+    STEP(-2.0, 0.0, MDL_OK);
+    STEP(2.0, MDL_C(16.0) - lagged(MDL_C(4.0), MDL_C(4.0)), MDL_OK);
+    mdl_chain_reset(&chain);
+    STEP(0.0, 4.0, MDL_OK);
+    STEP(0.0, 4.0, MDL_OK);
 }
 
 void test_creep_follows_with_its_share(void)
@@ -702,11 +867,10 @@ void test_statuses_of_substeps_are_combined(void)
     STEP(10.5, 13.0, MDL_EXTRAPOLATED | MDL_CLAMPED);
 }
 
-void test_the_first_sample_finds_everything_in_equilibrium(void)
+static void first_sample_finds_everything_in_equilibrium(void)
 {
     mdl_real first, y;
     uint16_t i;
-    use_everything();
     params.saturation.knee_volts = MDL_C(0.0);
     start();
     ASSERT_STATUS(MDL_OK, mdl_chain_step(&chain, MDL_C(2.0), &first));
@@ -716,6 +880,16 @@ void test_the_first_sample_finds_everything_in_equilibrium(void)
         ASSERT_STATUS(MDL_OK, mdl_chain_step(&chain, MDL_C(2.0), &y));
         ASSERT_REAL(first, y);
     }
+}
+
+void test_the_first_sample_finds_everything_in_equilibrium(void)
+{
+    use_everything();
+    first_sample_finds_everything_in_equilibrium();
+    use_everything_viscous(MDL_C(0.5), MDL_C(0.0));
+    first_sample_finds_everything_in_equilibrium();
+    use_everything_viscous(MDL_C(1.0), MDL_C(0.5));
+    first_sample_finds_everything_in_equilibrium();
 }
 
 void test_what_is_not_finite_is_refused_and_changes_nothing(void)
@@ -768,11 +942,10 @@ static mdl_real run(uint16_t from, uint16_t to)
     return y;
 }
 
-void test_two_halves_equal_one_whole(void)
+static void two_halves_equal_one_whole(uint16_t every)
 {
     uint16_t i;
-    use_everything();
-    for (i = 0; i < 100u; i++) {
+    for (i = 0; i < 100u; i = (uint16_t)(i + every)) {
         mdl_real whole;
         uint32_t length;
         start();
@@ -785,6 +958,20 @@ void test_two_halves_equal_one_whole(void)
         ASSERT_STATUS(MDL_OK, mdl_chain_resume(&chain, saved, length));
         ASSERT_REAL(whole, run(i, 120));
     }
+}
+
+void test_two_halves_equal_one_whole(void)
+{
+    use_everything();
+    two_halves_equal_one_whole(1);
+}
+
+void test_two_halves_equal_one_whole_with_viscous_operators(void)
+{
+    use_everything_viscous(MDL_C(0.875), MDL_C(0.0));
+    two_halves_equal_one_whole(7);
+    use_everything_viscous(MDL_C(1.0), MDL_C(0.125));
+    two_halves_equal_one_whole(7);
 }
 
 void test_save_refuses_a_short_array_and_leaves_it_alone(void)

@@ -14,6 +14,15 @@
 
 #define RANGE (MDL_PLAYS_MAX + 1)
 
+/* A square's operators all have the weight 2. */
+#define WEIGHTS (2.0 * MDL_PLAYS_MAX)
+
+#ifdef MDL_REAL_DOUBLE
+#define POWER_ERROR 2e-8
+#else
+#define POWER_ERROR 2e-6
+#endif
+
 static mdl_major major;
 static mdl_plays_params params;
 static mdl_plays plays;
@@ -227,4 +236,120 @@ void test_a_huge_growth_stops_the_grown_operators(void)
     /* All of what the still ones move: sum 2 max(0, x - 2 r) = x (x - 1). */
     ASSERT_REAL(20.0 * 19.0, step(MDL_C(20.0), MDL_C(1048576.0)));
     ASSERT_REAL(0.0, step(MDL_C(0.0), MDL_C(1048576.0)));
+}
+
+/* ---- viscous operators ---- */
+
+/* Linear, half of a distance is left: tau is 1 / ln 2 = 1.44 samples. */
+#define TAU 1.4426950408889634
+static const mdl_relax_params linear = {MDL_C(0.5), MDL_C(0.4426950408889634), MDL_C(0.0)};
+
+static mdl_real relax(const mdl_relax_params *by, mdl_real x, mdl_real rise)
+{
+    return mdl_plays_relax(&plays, &params, x, rise, by);
+}
+
+static mdl_relax_params by_square(mdl_real pull)
+{
+    const mdl_relax_params made = {MDL_C(1.0), MDL_C(0.0), pull};
+    return made;
+}
+
+/* On a ramp from one x to another, far from which all operators are pulled: what is held last. */
+static mdl_real along(const mdl_relax_params *by, mdl_real from, mdl_real to, mdl_real rise)
+{
+    mdl_real last = MDL_C(0.0);
+    mdl_real x = from;
+    while (x != to) {
+        x += rise;
+        last = relax(by, x, rise);
+    }
+    return last;
+}
+
+void test_linear_operators_are_tau_behind_a_steady_input(void)
+{
+    const mdl_real rises[] = {MDL_C(0.0625), MDL_C(0.25), MDL_C(2.0)};
+    uint16_t i;
+    for (i = 0; i < 3u; i++) {
+        double behind = WEIGHTS * TAU * (double)rises[i];
+        mdl_plays_reset(&plays, &params);
+        ASSERT_NEAR(behind, along(&linear, MDL_C(0.0), MDL_C(128.0), rises[i]), 128.0 * WEIGHTS);
+        ASSERT_NEAR(-behind, along(&linear, MDL_C(128.0), MDL_C(0.0), -rises[i]), 128.0 * WEIGHTS);
+    }
+}
+
+void test_linear_operators_follow_a_new_velocity_as_a_pole_does(void)
+{
+    /* Downwards from the rest all are pulled at once: tau v (1 - e^(-t / tau)). */
+    int n;
+    for (n = 1; n <= 20; n++) {
+        double behind = TAU * 0.25 * (1.0 - pow(0.5, n));
+        ASSERT_NEAR(-WEIGHTS * behind, relax(&linear, (mdl_real)(-0.25 * n), MDL_C(-0.25)),
+                    16.0 * WEIGHTS);
+    }
+}
+
+void test_square_operators_are_a_root_behind_a_steady_input(void)
+{
+    /* sqrt(v / k), with d = v h and a pull of k h. */
+    const mdl_real rises[] = {MDL_C(0.015625), MDL_C(0.25), MDL_C(2.0)};
+    const mdl_real pulls[] = {MDL_C(0.0625), MDL_C(1.0), MDL_C(8.0)};
+    uint16_t i, k;
+    for (i = 0; i < 3u; i++) {
+        for (k = 0; k < 3u; k++) {
+            const mdl_relax_params by = by_square(pulls[k]);
+            double behind = WEIGHTS * sqrt((double)rises[i] / (double)pulls[k]);
+            double error = POWER_ERROR * behind + 16.0 * MDL_TEST_EPSILON * 128.0 * WEIGHTS;
+            mdl_real up, down;
+            mdl_plays_reset(&plays, &params);
+            up = along(&by, MDL_C(0.0), MDL_C(128.0), rises[i]);
+            down = along(&by, MDL_C(128.0), MDL_C(0.0), -rises[i]);
+            TEST_ASSERT_DOUBLE_WITHIN(error, behind, (double)up);
+            TEST_ASSERT_DOUBLE_WITHIN(error, -behind, (double)down);
+        }
+    }
+}
+
+/* The square's operators a whole range behind: sum 2 (RANGE - x), x = 1, 2, ... */
+#define WHOLE ((double)RANGE * MDL_PLAYS_MAX)
+
+void test_at_rest_linear_operators_relax_to_the_plain_ones(void)
+{
+    int n;
+    for (n = 1; n <= 10; n++) {
+        ASSERT_REAL(WHOLE * pow(0.5, n), relax(&linear, (mdl_real)RANGE, MDL_C(0.0)));
+    }
+    for (n = 0; n < 60; n++) {
+        (void)relax(&linear, (mdl_real)RANGE, MDL_C(0.0));
+    }
+    ASSERT_NEAR(0.0, relax(&linear, (mdl_real)RANGE, MDL_C(0.0)), RANGE);
+    ASSERT_NEAR(0.0, step((mdl_real)RANGE, MDL_C(0.0)), RANGE);
+}
+
+void test_at_rest_square_operators_relax_as_one_over_time(void)
+{
+    /* 1 / o grows by the pull every sample. */
+    const mdl_relax_params by = by_square(MDL_C(0.125));
+    int n, x;
+    for (n = 1; n <= 100; n++) {
+        double expected = 0.0;
+        for (x = 1; x < RANGE; x++) {
+            double o = RANGE - x;
+            expected += 2.0 * o / (1.0 + 0.125 * n * o);
+        }
+        ASSERT_NEAR(expected, relax(&by, (mdl_real)RANGE, MDL_C(0.0)), WHOLE);
+    }
+}
+
+void test_viscous_operators_of_a_straight_line_hold_nothing(void)
+{
+    const mdl_real line[] = {MDL_C(1.0), MDL_C(2.0)};
+    mdl_real last = MDL_C(0.0);
+    uint16_t i;
+    use(line, 1);
+    for (i = 0; i < 100u; i++) {
+        ASSERT_REAL(0.0, relax(&linear, wave(i), wave(i) - last));
+        last = wave(i);
+    }
 }

@@ -41,7 +41,9 @@ void setUp(void)
                                   MDL_C(0.0),
                                   MDL_C(0.0),
                                   MDL_C(0.0),
-                                  MDL_C(0.0)};
+                                  MDL_C(0.0),
+                                  0,
+                                  {MDL_C(0.0), MDL_C(0.0), MDL_C(0.0)}};
     params = none;
     mdl_lag_reset(&state);
 }

@@ -73,7 +73,13 @@ _FLAT = {
         "relax_s": _Range(0.0, 1e6, 0.0),
         "relax_per_V_s": _Range(0.0, 1e12, 0.0),
     },
-    "non_masing": _terms((2, 4)),
+    "non_masing": _terms((2, 4))
+    | {
+        "bouc_um": _Range(*_ANY, 0.0),
+        "bouc_V": _Range(*_POSITIVE, 1.0),
+        "bouc_power": _Range(1.0, 4.0, 1.0),
+        "bouc_gamma": _Range(-0.9, 1.0, 0.0),
+    },
     "initial_state": {
         "start_peak_V": _Range(*_ANY),
         "start_dip_V": _Range(-UNLIMITED_V, UNLIMITED_V, UNLIMITED_V),

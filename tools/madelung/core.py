@@ -82,6 +82,8 @@ class Chain:
     rate
         decay and ramp of the velocity, v_scale, power, v_knee, at_knee, damping_um, widening,
         threshold_volts, of_speed (0 or 1), decay, early and pull of viscous operators.
+    bouc
+        size_um, per_volt, power and asymmetry, see mdl_bouc.h.
     creep
         By mode: decay, ramp, gain.
     modes
@@ -102,6 +104,7 @@ class Chain:
     slew_step_V: tuple[float, float] | None = None
     lag: tuple[float, float] | None = None
     rate: tuple[float, ...] | None = None
+    bouc: tuple[float, float, float, float] | None = None
     creep: tuple[tuple[float, ...], ...] = ()
     modes: tuple[tuple[float, ...], ...] = ()
     backlash: tuple[float, float] | None = None
@@ -153,6 +156,8 @@ class Core:
         if chain.rate is not None:
             reals, of_speed, relax = chain.rate[:9], int(chain.rate[9]), chain.rate[10:]
             lib.batch_set_rate(batch, *reals, of_speed, *relax)
+        if chain.bouc is not None:
+            lib.batch_set_bouc(batch, *chain.bouc)
         if chain.backlash is not None:
             lib.batch_set_backlash(batch, *chain.backlash)
         if chain.gain is not None:

@@ -264,6 +264,8 @@ def _blocks(chain: Chain) -> dict[str, Tree]:
         rate |= _struct("rate", _RATE, chain.rate[2:])
         rate |= {"of_speed": f"{int(chain.rate[9])}u"}
         found["RATE"] = {"rate": rate | {"relax": _struct("relax", _RELAX, chain.rate[10:])}}
+    if chain.bouc is not None:
+        found["BOUC"] = {"bouc": _struct("bouc", _BOUC, chain.bouc)}
     if chain.creep:
         found["CREEP"] = {
             "creep_count": f"{len(chain.creep)}u",
@@ -288,6 +290,7 @@ def _blocks(chain: Chain) -> dict[str, Tree]:
 
 _LAG = ("decay", "ramp")
 _RATE = ("v_scale", "power", "v_knee", "at_knee", "damping_um", "widening", "threshold_volts")
+_BOUC = ("size_um", "per_volt", "power", "asymmetry")
 _RELAX = ("decay", "early", "pull")
 _SATURATION = ("high_volts", "low_volts", "knee_volts", "knee_power")
 _SLEW = ("rise_volts", "fall_volts")

@@ -72,6 +72,8 @@ class SignalPath:
         1: threshold and widening go with the filtered speed, 0: with the filtered velocity.
     relax_s, relax_per_V_s
         Viscous operators (mdl_plays.h): tau, or k, of which only one may be set; 0: none.
+    bouc_um, bouc_V, bouc_power, bouc_gamma
+        A part by Bouc and Wen (mdl_bouc.h): size, reach, n, gamma.
     creep, modes
         Creep ladder, flexure modes.
     dead_band_um, spring_share
@@ -105,6 +107,10 @@ class SignalPath:
     of_speed: float = 0.0
     relax_s: float = 0.0
     relax_per_V_s: float = 0.0
+    bouc_um: float = 0.0
+    bouc_V: float = 1.0
+    bouc_power: float = 1.0
+    bouc_gamma: float = 0.0
     creep: tuple[CreepMode, ...] = field(default=())
     modes: tuple[Mode, ...] = field(default=())
     dead_band_um: float = 0.0
@@ -187,6 +193,9 @@ def discretise(path: SignalPath, step_s: float, substeps: int | None = None) -> 
         slew_step_V=_slew(path, inner_s) if path.slew_V_per_s else None,
         lag=_lag(1 / (2 * np.pi * path.corner_hz), inner_s) if path.corner_hz else None,
         rate=_rate(path, inner_s) if path.has_rate else None,
+        bouc=(path.bouc_um, 1 / path.bouc_V, path.bouc_power, path.bouc_gamma)
+        if path.bouc_um
+        else None,
         creep=tuple((*_lag(m.tau_s, inner_s), m.gain) for m in path.creep),
         modes=tuple(_mode(m, inner_s) for m in path.modes),
         backlash=(path.dead_band_um, path.spring_share) if path.dead_band_um else None,
@@ -276,6 +285,7 @@ _FIELDS = {
     "gain_offset": ("gain", "offset_um"),
 }
 """Fields of `SignalPath` that are the parameters of an effect, under the same names."""
+_BOUC = ("bouc_um", "bouc_V", "bouc_power", "bouc_gamma")
 _SHAPED = {"asymmetry": (1, 3), "non_masing": (2, 4)}
 """Powers of the middle: odd ones break the central symmetry, even ones bend minor loops alone."""
 _SECONDARY = (
@@ -310,8 +320,11 @@ def path_to_blocks(path: SignalPath, models: Mapping[str, str] | None = None) ->
     for effect, rows in _SHAPED.items():
         shape = np.zeros((SHAPE_ORDER, SHAPE_ORDER)) if path.shape is None else np.array(path.shape)
         terms = {(k, j): float(shape[k - 1, j - 1]) for k in rows for j in range(1, 5)}
-        if any(terms.values()):
+        bouc = path.bouc_um != 0.0 and effect == "non_masing"
+        if any(terms.values()) or bouc:
             found[effect] = {f"g{k}{j}_um": g for (k, j), g in terms.items()}
+        if bouc:
+            found[effect] |= {k: getattr(path, k) for k in _BOUC}
     if path.creep:
         found["creep"] = {"modes": [asdict(m) for m in path.creep]}
     if path.modes:
@@ -331,6 +344,7 @@ def path_of(model: Model) -> SignalPath:
         elif block.effect in _SHAPED:
             for k in _SHAPED[block.effect]:
                 shape[k - 1] = [p[f"g{k}{j}_um"] for j in range(1, SHAPE_ORDER + 1)]
+            fields |= {k: p[k] for k in _BOUC if k in p}
         elif block.effect == "creep":
             fields["creep"] = tuple(CreepMode(**m) for m in p["modes"])
         elif block.effect == "resonance":

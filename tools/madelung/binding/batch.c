@@ -127,6 +127,13 @@ void batch_set_rate(batch *b, mdl_real decay, mdl_real ramp, mdl_real v_scale, m
     switch_on(b, MDL_BLOCK_RATE);
 }
 
+void batch_set_bouc(batch *b, mdl_real size_um, mdl_real per_volt, mdl_real power,
+                    mdl_real asymmetry)
+{
+    b->params.bouc = (mdl_bouc_params){size_um, per_volt, power, asymmetry};
+    switch_on(b, MDL_BLOCK_BOUC);
+}
+
 int32_t batch_set_creep(batch *b, uint16_t count, const mdl_real *decay, const mdl_real *ramp,
                         const mdl_real *gain)
 {
