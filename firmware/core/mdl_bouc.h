@@ -13,10 +13,10 @@
 
 /** Parameters; constant data. */
 typedef struct {
-    mdl_real size_um;   /**< c, um */
-    mdl_real per_volt;  /**< 1 / reach, 1 / volts, >= 0 */
-    mdl_real power;     /**< n, 1 to 4 */
-    mdl_real asymmetry; /**< gamma, -0.9 to 1: loading against unloading */
+    mdl_real size_um;  /**< c, um */
+    mdl_real per_volt; /**< 1 / reach, 1 / volts, >= 0 */
+    mdl_real power;    /**< n, 1 to 4 */
+    mdl_real gamma;    /**< gamma, -0.9 to 1: loading against unloading */
 } mdl_bouc_params;
 
 /** State. */
@@ -28,7 +28,8 @@ typedef struct {
 
 /**
  * One sample: the input moves to x_volts, in steps of at most 1/16 of the reach, up to
- * MDL_BOUC_STEPS_MAX of them: a jump takes time in proportion.
+ * MDL_BOUC_STEPS_MAX of them: a jump takes time in proportion. By n = 1 the midpoint rule is then
+ * off by 2e-4 of z at most, by 6e-4 where z changes its sign.
  * @return what is added to the displacement, um
  */
 mdl_real mdl_bouc_step(mdl_bouc *bouc, const mdl_bouc_params *params, mdl_real x_volts);

@@ -79,10 +79,10 @@ static mdl_status check_rate(const mdl_rate_params *p)
 
 static mdl_status check_bouc(const mdl_bouc_params *p)
 {
-    const mdl_real v[] = {p->size_um, p->per_volt, p->power, p->asymmetry};
+    const mdl_real v[] = {p->size_um, p->per_volt, p->power, p->gamma};
     return judge(v, COUNT(v),
                  p->per_volt >= MDL_C(0.0) && p->power >= MDL_C(1.0) && p->power <= MDL_C(4.0) &&
-                     p->asymmetry >= MDL_C(-0.9) && p->asymmetry <= MDL_C(1.0));
+                     p->gamma >= MDL_C(-0.9) && p->gamma <= MDL_C(1.0));
 }
 
 static mdl_status check_creep(const mdl_chain_params *p)
@@ -332,6 +332,7 @@ static mdl_status with_rate(mdl_chain *chain, mdl_real x, mdl_real rise, mdl_rea
         width = MDL_C(2.0) * p->rate.threshold_volts * g;
         held = x - mdl_backlash_step(width, chain->at.gripped_volts, x);
         x -= held;
+        rise = x - chain->at.gripped_volts; /* of what the operators get */
         chain->at.gripped_volts = x;
         if (p->rate.widening > MDL_C(0.0)) {
             grown = mdl_plays_step(&chain->at.plays, &chain->plays, x, p->rate.widening * g);

@@ -72,7 +72,7 @@ static mdl_real early(const mdl_relax_params *relax, mdl_real rise_volts)
     }
     o2 = d / relax->pull; /* of a steady input: k o^2 = d / h */
     o = mdl_power(o2, MDL_C(0.5)) + mdl_power(o2 + MDL_C(0.25) * d * d, MDL_C(0.5));
-    return MDL_C(0.5) - MDL_C(0.25) * d / o;
+    return o > MDL_C(0.0) ? MDL_C(0.5) - MDL_C(0.25) * d / o : MDL_C(0.5); /* roots end at 0 */
 }
 
 mdl_real mdl_plays_relax(mdl_plays *plays, const mdl_plays_params *params, mdl_real x_volts,

@@ -49,6 +49,10 @@ FULL = PATH.but(**{k: v for fields in FIELDS.values() for k, v in fields.items()
     v_knee=0.07,
     velocity_tau_s=2e-4,
     of_speed=1.0,
+    bouc_um=0.021,
+    bouc_V=23.0,
+    bouc_power=1.5,
+    bouc_gamma=0.2,
 )
 VISCOUS = ({"relax_s": 1.23e-3}, {"relax_per_V_s": 321.0})
 SKEW = Block("clock_skew", "clock skew", {"skew_ppm": 120.0})
@@ -160,6 +164,11 @@ def block(effect: str, **parameters: object) -> dict[str, Any]:
         ([block("rate_dependence", v_ref_V_per_s=1, of_speed=2)], "of_speed = 2 must be 0 to 1"),
         ([block("rate_dependence", v_ref_V_per_s=1, relax_s=-1)], "relax_s = -1 must be 0"),
         ([block("rate_dependence", v_ref_V_per_s=1, relax_per_V_s=-1)], "= -1 must be 0"),
+        (
+            [block("rate_dependence", v_ref_V_per_s=1, relax_s=1, widening=0.1)],
+            "only one of relax_s, relax_per_V_s, widening may be above 0",
+        ),
+        ([block("rate_dependence", v_ref_V_per_s=1, relax_s=1, relax_per_V_s=1)], "only one of"),
         ([block("creep", modes={})], "creep: modes must be a list"),
         ([block("creep", modes=[{"tau_s": 0, "gain": 1}])], "creep: tau_s = 0 must be"),
         ([block("resonance", modes=[MODE | {"zeta": -0.1}])], "zeta = -0.1 must be 0"),

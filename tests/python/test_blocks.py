@@ -521,7 +521,35 @@ def test_viscous_operators_solve_their_equation(
         assert np.abs(run(PATH, u) - held - found).max() < error * np.ptp(held)
 
 
-@pytest.mark.parametrize("share", [1e-9, 1e-4, 9.9e-4, 1.01e-3, 0.1, 2.0, 80.0])
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+@pytest.mark.parametrize("per_V_s", [300.0, 1e6, 1e10])
+def test_viscous_operators_settle_behind_a_lag(per_V_s: float, precision: Precision) -> None:
+    """At 0 V its rises have no least size."""
+    u = np.repeat([60.0, 0.0, 30.0], [5, 3000, 300])
+    lag = PATH.but(corner_hz=50.0)
+    runner = Runner(0.0, RANGE_V, precision)
+    plain, found = (runner.run(p, u, STEP_S) for p in (lag, lag.but(relax_per_V_s=per_V_s)))
+    np.testing.assert_allclose(found, plain, rtol=0, atol=0.2)  # finite
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+def test_viscous_operators_of_any_time_constant_run(precision: Precision) -> None:
+    """The fastest as if there were none, the slowest as if they were stuck."""
+    u = command()[1]
+    ends = [1e-300, 1e-9, 1e6]
+    made = [augmented_model(PATH.but(relax_s=tau), RANGE_V) for tau in ends]
+    fast, faster, stuck = (predictor(m, precision, STEP_S, 0.0).run(u) for m in made)
+    plain = predictor(augmented_model(PATH, RANGE_V), precision, STEP_S, 0.0).run(u)
+    for found in (fast, faster):
+        np.testing.assert_allclose(found, plain, rtol=0, atol=1e-5)
+    assert np.ptp(stuck) < 0.99 * np.ptp(plain)
+    for tau in ends:
+        rate = discretise(PATH.but(relax_s=tau), STEP_S).rate
+        assert rate is not None and np.float32(rate[10]) < 1.0
+
+
+@pytest.mark.parametrize("share", [1e-6, 1e-4, 9.9e-4, 1.01e-3, 0.1, 2.0, 80.0])
 def test_linear_operators_follow_earlier_by_what_the_sample_time_asks(share: float) -> None:
     """By tau / h - e^(-h / tau) / (1 - e^(-h / tau)) samples, here in more digits."""
     rate = discretise(PATH.but(relax_s=STEP_S / 4 / share), STEP_S).rate

@@ -8,6 +8,7 @@
 #include "mdl_test.h"
 
 #include "mdl_backlash.h"
+#include "mdl_bouc.h"
 #include "mdl_chain.h"
 #include "mdl_cycle.h"
 #include "mdl_delay.h"
@@ -53,7 +54,7 @@ static void use_everything(void)
                                   {MDL_C(-0.5), MDL_C(0.25)},
                                   MDL_C(1.0)};
     uint16_t i;
-    use(c, 2, 0x1FFu);
+    use(c, 2, 0x1FFu | MDL_BLOCK_BOUC);
     params.substeps = 3;
     params.saturation.low_volts = MDL_C(-2.0);
     params.saturation.high_volts = MDL_C(5.0);
@@ -70,6 +71,9 @@ static void use_everything(void)
     params.rate.widening = MDL_C(0.5);
     params.rate.threshold_volts = MDL_C(0.25);
     params.rate.of_speed = 1;
+    params.bouc.size_um = MDL_C(-0.5);
+    params.bouc.per_volt = MDL_C(0.25);
+    params.bouc.power = MDL_C(1.0);
     params.creep_count = 2;
     params.mode_count = 2;
     for (i = 0; i < 2u; i++) {
@@ -195,6 +199,10 @@ void test_init_refuses_what_no_block_can_run_with(void)
                          &params.rate.relax.decay,
                          &params.rate.relax.early,
                          &params.rate.relax.pull,
+                         &params.bouc.size_um,
+                         &params.bouc.per_volt,
+                         &params.bouc.power,
+                         &params.bouc.gamma,
                          &params.creep[1].lag.ramp,
                          &params.creep[1].gain,
                          &params.mode[1].phi[1][0],
@@ -213,6 +221,11 @@ void test_init_refuses_what_no_block_can_run_with(void)
                {&params.saturation.knee_power, MDL_C(-1.0)},
                {&params.saturation.knee_power, MDL_C(0.5)},
                {&params.saturation.knee_power, MDL_C(32.5)},
+               {&params.bouc.per_volt, MDL_C(-0.5)},
+               {&params.bouc.power, MDL_C(0.5)},
+               {&params.bouc.power, MDL_C(4.5)},
+               {&params.bouc.gamma, MDL_C(-1.0)},
+               {&params.bouc.gamma, MDL_C(1.5)},
                {&params.slew.rise_volts, MDL_C(0.0)},
                {&params.slew.fall_volts, MDL_C(0.0)},
                {&params.slew.fall_volts, MDL_C(-0.5)},
@@ -749,6 +762,17 @@ void test_damping_beside_viscous_operators(void)
     STEP(2.0, MDL_C(16.0) - lagged(MDL_C(4.0), MDL_C(0.0)), MDL_OK);
 }
 
+void test_viscous_operators_behind_raised_thresholds(void)
+{
+    use_relaxing(0);
+    use_rise_as_velocity(MDL_C(1.0));
+    params.rate.threshold_volts = MDL_C(0.25);
+    start();
+    STEP(-2.0, 0.0, MDL_OK);
+    STEP(2.0, MDL_C(9.0) - lagged(MDL_C(3.0), MDL_C(3.0)), MDL_OK); /* a volt held of a rise of 4 */
+    STEP(1.0, MDL_C(9.0) - lagged(MDL_C(3.0), MDL_C(0.0)), MDL_OK); /* x = 3 is in the play */
+}
+
 void test_a_reset_takes_back_how_far_viscous_operators_are_behind(void)
 {
     use_relaxing(1);
@@ -758,6 +782,23 @@ void test_a_reset_takes_back_how_far_viscous_operators_are_behind(void)
     mdl_chain_reset(&chain);
     STEP(0.0, 4.0, MDL_OK);
     STEP(0.0, 4.0, MDL_OK);
+}
+
+void test_the_part_by_bouc_and_wen_is_added(void)
+{
+    /* At rest behind a swing over the whole range, and nothing is added there. */
+    mdl_real up, again;
+    use_line(MDL_BLOCK_BOUC);
+    params.bouc.size_um = MDL_C(-2.0);
+    params.bouc.per_volt = MDL_C(1.0);
+    params.bouc.power = MDL_C(1.0);
+    start();
+    STEP(-2.0, 1.0, MDL_OK);
+    ASSERT_STATUS(MDL_OK, mdl_chain_step(&chain, MDL_C(6.0), &up));
+    /* z from -1 to 1, but for e^-8. */
+    TEST_ASSERT_DOUBLE_WITHIN(5e-3, 9.0 - 4.0, (double)up);
+    (void)mdl_chain_step(&chain, MDL_C(-2.0), &again);
+    TEST_ASSERT_DOUBLE_WITHIN(5e-3, 1.0, (double)again);
 }
 
 void test_creep_follows_with_its_share(void)
@@ -872,6 +913,7 @@ static void first_sample_finds_everything_in_equilibrium(void)
     mdl_real first, y;
     uint16_t i;
     params.saturation.knee_volts = MDL_C(0.0);
+    params.bouc.size_um = MDL_C(0.0);
     start();
     ASSERT_STATUS(MDL_OK, mdl_chain_step(&chain, MDL_C(2.0), &first));
     /* 16, creep 2/32 of it, half a dead band less the spring's share; gain and offset. */

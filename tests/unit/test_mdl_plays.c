@@ -311,6 +311,24 @@ void test_square_operators_are_a_root_behind_a_steady_input(void)
     }
 }
 
+void test_square_operators_take_the_least_of_rises(void)
+{
+    /* Also where the root of its distance is 0. */
+    const mdl_real rises[] = {MDL_C(1e-37), MDL_C(-1e-30), MDL_C(1e-21), MDL_C(-1e-18)};
+    const mdl_real pulls[] = {MDL_C(0.0625), MDL_C(1024.0), MDL_C(1e10)};
+    uint16_t i, k;
+    for (i = 0; i < 4u; i++) {
+        for (k = 0; k < 3u; k++) {
+            const mdl_relax_params by = by_square(pulls[k]);
+            mdl_real still;
+            mdl_plays_reset(&plays, &params);
+            still = relax(&by, MDL_C(20.0), MDL_C(0.0));
+            mdl_plays_reset(&plays, &params);
+            ASSERT_REAL(still, relax(&by, MDL_C(20.0), rises[i]));
+        }
+    }
+}
+
 /* The square's operators a whole range behind: sum 2 (RANGE - x), x = 1, 2, ... */
 #define WHOLE ((double)RANGE * MDL_PLAYS_MAX)
 

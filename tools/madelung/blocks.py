@@ -154,8 +154,12 @@ def _checked(block: Block) -> Block:
         wide = 0.5 * (values["high_V"] - values["low_V"])
         if values["knee_power"] < 1.0 or not 0.0 < values["knee_V"] <= wide:
             raise InputError(
-                f"saturation: with a knee_power, 1 to 32, knee_V must be above 0 and at most {wide:g}"
+                f"saturation: with a knee_power, 1 to 32, knee_V must be above 0, at most {wide:g}"
             )
+    if name == "rate_dependence":
+        laws = ("relax_s", "relax_per_V_s", "widening")
+        if sum(values[k] > 0.0 for k in laws) > 1:
+            raise InputError(f"rate_dependence: only one of {', '.join(laws)} may be above 0")
     return Block(name, block.model, values)
 
 

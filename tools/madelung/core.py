@@ -83,7 +83,7 @@ class Chain:
         decay and ramp of the velocity, v_scale, power, v_knee, at_knee, damping_um, widening,
         threshold_volts, of_speed (0 or 1), decay, early and pull of viscous operators.
     bouc
-        size_um, per_volt, power and asymmetry, see mdl_bouc.h.
+        size_um, per_volt, power and gamma, see mdl_bouc.h.
     creep
         By mode: decay, ramp, gain.
     modes

@@ -253,19 +253,26 @@ def _chain(model: Model, chain: Chain) -> Tree:
 def _blocks(chain: Chain) -> dict[str, Tree]:
     """By block that acts, the name of its bit: its members of mdl_chain_params."""
     found: dict[str, Tree] = {}
-    if chain.saturation is not None:
-        found["SATURATION"] = {"saturation": _struct("saturation", _SATURATION, chain.saturation)}
-    if chain.slew_step_V is not None:
-        found["SLEW"] = {"slew": _struct("slew", _SLEW, chain.slew_step_V)}
-    if chain.lag is not None:
-        found["LAG"] = {"lag": _struct("lag", _LAG, chain.lag)}
+    for bit, member, names, values in (
+        ("SATURATION", "saturation", _SATURATION, chain.saturation),
+        ("SLEW", "slew", _SLEW, chain.slew_step_V),
+        ("LAG", "lag", _LAG, chain.lag),
+        ("BOUC", "bouc", _BOUC, chain.bouc),
+    ):
+        if values is not None:
+            found[bit] = {member: _struct(member, names, values)}
     if chain.rate is not None:
-        rate: Tree = {"filter": _struct("rate", _LAG, chain.rate)}
-        rate |= _struct("rate", _RATE, chain.rate[2:])
-        rate |= {"of_speed": f"{int(chain.rate[9])}u"}
-        found["RATE"] = {"rate": rate | {"relax": _struct("relax", _RELAX, chain.rate[10:])}}
-    if chain.bouc is not None:
-        found["BOUC"] = {"bouc": _struct("bouc", _BOUC, chain.bouc)}
+        found["RATE"] = {"rate": _rate(chain.rate)}
+    if chain.backlash is not None:
+        found["BACKLASH"] = _struct("backlash", ("dead_band_um", "spring_share"), chain.backlash)
+    if chain.gain is not None:
+        found["GAIN"] = _struct("gain_offset", ("gain", "offset_um"), chain.gain)
+    return found | _lists(chain)
+
+
+def _lists(chain: Chain) -> dict[str, Tree]:
+    """Of the blocks that have arrays."""
+    found: dict[str, Tree] = {}
     if chain.creep:
         found["CREEP"] = {
             "creep_count": f"{len(chain.creep)}u",
@@ -276,21 +283,26 @@ def _blocks(chain: Chain) -> dict[str, Tree]:
             "mode_count": f"{len(chain.modes)}u",
             "mode": _array([_mode(m) for m in chain.modes]),
         }
-    if chain.backlash is not None:
-        found["BACKLASH"] = _struct("backlash", ("dead_band_um", "spring_share"), chain.backlash)
     if chain.delay is not None:
         whole, weights = chain.delay
         found["DELAY"] = {
             "delay": {"whole": f"{whole}u", "weight": f"{{{_list(weights, 'weight')}}}"}
         }
-    if chain.gain is not None:
-        found["GAIN"] = _struct("gain_offset", ("gain", "offset_um"), chain.gain)
     return found
+
+
+def _rate(values: tuple[float, ...]) -> Tree:
+    return {
+        "filter": _struct("rate", _LAG, values),
+        **_struct("rate", _RATE, values[2:]),
+        "of_speed": f"{int(values[9])}u",
+        "relax": _struct("relax", _RELAX, values[10:]),
+    }
 
 
 _LAG = ("decay", "ramp")
 _RATE = ("v_scale", "power", "v_knee", "at_knee", "damping_um", "widening", "threshold_volts")
-_BOUC = ("size_um", "per_volt", "power", "asymmetry")
+_BOUC = ("size_um", "per_volt", "power", "gamma")
 _RELAX = ("decay", "early", "pull")
 _SATURATION = ("high_volts", "low_volts", "knee_volts", "knee_power")
 _SLEW = ("rise_volts", "fall_volts")

@@ -24,6 +24,8 @@ SHAPE_ORDER = 4
 SLEW_SUBSTEPS = 4
 RATE_SUBSTEPS = 4
 MODE_SUBSTEPS = 2
+BELOW_1 = 1 - 2**-24
+"""The float below 1, which in a decay stands for the law of the square."""
 VELOCITY_SAMPLES = 0.5
 """Least time constant of the velocity filter of the rate block, in (sub)samples."""
 TINY = 1e-37
@@ -244,9 +246,9 @@ def _relax(tau_s: float, per_V_s: float, step_s: float) -> tuple[float, float, f
     if not tau_s:
         return 0.0, 0.0, 0.0
     h = step_s / tau_s
-    # 1 / h - 1 / (e^h - 1), by its series where digits would cancel
-    early = 1 / h - 1 / np.expm1(h) if h > 1e-3 else 0.5 - h / 12
-    return _flushed(float(np.exp(-h))), float(early), 0.0
+    # 1 / h - e^-h / (1 - e^-h), by its series where digits would cancel
+    early = 1 / h + 1 / np.expm1(-h) + 1 if h > 1e-3 else 0.5 - h / 12
+    return _flushed(min(float(np.exp(-h)), BELOW_1)), float(early), 0.0
 
 
 def _mode(mode: Mode, step_s: float) -> tuple[float, ...]:

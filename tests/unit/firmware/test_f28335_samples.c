@@ -5,6 +5,7 @@
 #include "fake_f28335.h"
 #include "mdl_app.h"
 #include "mdl_backlash.h"
+#include "mdl_bouc.h"
 #include "mdl_chain.h"
 #include "mdl_cycle.h"
 #include "mdl_delay.h"

@@ -127,10 +127,9 @@ void batch_set_rate(batch *b, mdl_real decay, mdl_real ramp, mdl_real v_scale, m
     switch_on(b, MDL_BLOCK_RATE);
 }
 
-void batch_set_bouc(batch *b, mdl_real size_um, mdl_real per_volt, mdl_real power,
-                    mdl_real asymmetry)
+void batch_set_bouc(batch *b, mdl_real size_um, mdl_real per_volt, mdl_real power, mdl_real gamma)
 {
-    b->params.bouc = (mdl_bouc_params){size_um, per_volt, power, asymmetry};
+    b->params.bouc = (mdl_bouc_params){size_um, per_volt, power, gamma};
     switch_on(b, MDL_BLOCK_BOUC);
 }
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 from numpy.polynomial import Legendre, Polynomial
@@ -28,6 +29,8 @@ COST_TOLERANCE = 0.05
 EXCESS_TOLERANCE = 1e-4
 """A fit ends when the cost falls by less than the first, or by this share of its excess."""
 _NO_COLUMNS: Array = np.empty((0, 0))
+Columns = Callable[[Form | None], Array]
+"""Of a form, or of f0 (None): its columns, (p, N), or none."""
 
 
 @dataclass(frozen=True)
@@ -149,10 +152,11 @@ class Problem:
         substeps = max(1, path.substeps // RESAMPLE_STEPS)
         kept = self._local.__dict__.setdefault("fine", {})
         key = (path, history.tobytes())  # the places change alone, from start to start
-        if kept.get(trace.name, (None,))[0] != key:
+        record = (trace.role, trace.name)
+        if kept.get(record, (None,))[0] != key:
             y = self.runner.run(path, u, trace.step_s / RESAMPLE_STEPS, history, substeps)
-            kept[trace.name] = (key, y)
-        return np.interp(places, fine, kept[trace.name][1])
+            kept[record] = (key, y)
+        return np.asarray(np.interp(places, fine, kept[record][1]), np.float64)
 
     def measured(
         self, forms: Sequence[Form], values: dict[str, float], displaced: list[Array]
@@ -306,7 +310,7 @@ class Problem:
         while made < iterations:
             if not fresh and (jacobian.size == 0 or not secant):
                 f0 = jacobian[: beta.size] if whole else _NO_COLUMNS  # once, then carried along
-                jacobian = self._jacobian(fit, lambda form, f0=f0: _NO_COLUMNS if form else f0)
+                jacobian = self._jacobian(fit, partial(_f0_alone, f0))
                 fresh = whole = True
             better, damping, covariance = self._step(fit, jacobian, damping, 8 if fresh else 2)
             tolerance = max(COST_TOLERANCE, EXCESS_TOLERANCE * (fit.cost - self.rows))
@@ -327,8 +331,8 @@ class Problem:
         cost = float(residual @ residual + prior @ prior)
         return Fit(forms, values, beta, cost if np.isfinite(cost) else np.inf, residual)
 
-    def _jacobian(self, fit: Fit, have: Callable[[Form | None], Array]) -> Array:
-        """Columns at a fit; ``have`` gives those of a form, or f0's (None), that will do, or none."""
+    def _jacobian(self, fit: Fit, have: Columns = lambda _: _NO_COLUMNS) -> Array:
+        """Columns at a fit; ``have`` gives those that will do as they are."""
         path = self.path(fit.forms, fit.values, fit.beta)
         displaced = self.displacement(fit.forms, fit.values, path)
         y = self.measured(fit.forms, fit.values, displaced)
@@ -336,10 +340,12 @@ class Problem:
         row = 0
         for form in (None, *fit.forms):
             own: Sequence[Array] | Array = have(form)
-            if len(own) == 0 and form is None:
-                own = self._columns_f0(fit.forms, fit.values, fit.beta, y)
-            elif len(own) == 0:
-                own = self.columns_of(form, fit.forms, fit.values, fit.beta, displaced, y)
+            if len(own) == 0:
+                own = (
+                    self._columns_f0(fit.forms, fit.values, fit.beta, y)
+                    if form is None
+                    else self.columns_of(form, fit.forms, fit.values, fit.beta, displaced, y)
+                )
             jacobian[row : row + len(own)] = own
             row += len(own)
         return jacobian
@@ -477,6 +483,11 @@ def _moved(forms: Sequence[Form], values: dict[str, float], move: Array) -> dict
             v = values[p.key] + float(m)
         out[p.key] = float(min(max(v, p.low), p.high))
     return out
+
+
+def _f0_alone(f0: Array, form: Form | None) -> Array:
+    """`Columns` of f0 that are known."""
+    return f0 if form is None else _NO_COLUMNS
 
 
 def _secant(jacobian: Array, old: Fit, new: Fit) -> Array:

@@ -134,6 +134,8 @@ def _input_forms(s: Scales) -> list[Form]:
 
     at = {"high_V": lambda d: top - d * s.range_V, "low_V": lambda d: s.u_min_V + d * s.range_V}
 
+    both = ("both ends", (high, low))
+
     def clip(name: str, ends: tuple[Param, ...], *knees: Param) -> Form:
         starts = [{p.key: at[p.key](d) for p in ends} for d in shares]
         if knees:
@@ -170,7 +172,7 @@ def _input_forms(s: Scales) -> list[Form]:
         *(
             clip(f"{kind}, {name}", ends, *knees)
             for kind, knees in (("hard", ()), ("soft", (knee,)), ("rounded", (begins, sharp)))
-            for name, ends in (("high end", (high,)), ("low end", (low,)), ("both ends", (high, low)))
+            for name, ends in (("high end", (high,)), ("low end", (low,)), both)
         ),
         Form(
             "slew_limit",

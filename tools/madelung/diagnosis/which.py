@@ -383,9 +383,9 @@ class Engine:
         return bool(np.any(clean | large))
 
     def _shares(self, old: Fit, new: Fit, null: Fit) -> tuple[Array, Array]:
-        """What the richer hypothesis removes, by record and at last of all, as shares of two wholes.
+        """What the richer hypothesis removes, by record and at last of all, as two shares.
 
-        Of the whole gap, and of what the poorer hypothesis left of it.
+        They are of the whole gap, and of what the poorer hypothesis left of it.
         """
         before, left, after = (self.problem.excess(f.residual) for f in (null, old, new))
         removed = left - after
