@@ -53,6 +53,8 @@ STIFF_PARAMS = 2
 BEAM = 3
 FRONT_RATIO = 20.0
 FITS_MAX = 9
+FORMS_MAX = 2
+"""Of one effect that are fitted beside others."""
 FINE_MAX = 5
 SIZE_MAX = 3
 ROUGH_ITERATIONS = 3
@@ -296,10 +298,13 @@ class Engine:
         screened = self._map(lambda f: self._screen(probe, f), free)
         top = max((found[0][0] for found in screened if found), default=0.0)
         limit = max(SCREEN_MIN, SCREEN_SHARE * top)
-        worth = [
-            (found[0][0], i) for i, found in enumerate(screened) if found and found[0][0] > limit
+        gains = {i: found[0][0] for i, found in enumerate(screened) if found}
+        ranked = sorted((i for i in gains if gains[i] > limit), key=lambda i: -gains[i])
+        named = [free[i].effect for i in ranked]
+        few = [
+            i for n, i in enumerate(ranked) if named[:n].count(named[n]) < self._forms_max(parent)
         ]
-        chosen = sorted(i for _, i in sorted(worth, key=lambda w: -w[0])[: self._fits_max(parent)])
+        chosen = sorted(few[: self._fits_max(parent)])
         tries = [(free[i], start) for i in chosen for _, start in screened[i]]
         rough = self._best_of_each(
             self._map(
@@ -326,6 +331,10 @@ class Engine:
     @staticmethod
     def _fits_max(parent: Fit) -> int:
         return FITS_MAX if parent.forms else FITS_MAX + 6
+
+    @staticmethod
+    def _forms_max(parent: Fit) -> int:
+        return FORMS_MAX if parent.forms else FORMS_MAX + 2
 
     @staticmethod
     def _best_of_each(fits: list[Fit]) -> list[Fit]:
