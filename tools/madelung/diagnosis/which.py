@@ -33,7 +33,7 @@ FURTHER_SHARE = 1e-3
 """An effect that joins others must show more clearly, and be more than this share of the whole gap:
 no model is so right that what it leaves is nothing but noise."""
 HOPEFUL_SHARE = 0.5
-"""Of `GAIN_MIN`, below which no other form of an effect is tried."""
+"""Of the least gain, below which no other form of an effect is tried."""
 HOPELESS = 4000.0
 """A fit whose cost is higher by this has no weight, under any noise."""
 GAIN_PER_PARAM = 3.0
@@ -181,7 +181,8 @@ class Engine:
             if not found:
                 break
             ranked = self._front(found)
-            if self.gain(best, ranked[0]) < HOPEFUL_SHARE * GAIN_MIN:
+            least = GAIN_FURTHER if len(best.forms) > len(null.forms) else GAIN_MIN
+            if self.gain(best, ranked[0]) < HOPEFUL_SHARE * least:
                 break
             ranked = sorted([self._refined(ranked[0]), *ranked[1:]], key=self.score)
             if not self.accepted(best, ranked[0], null):
