@@ -152,8 +152,9 @@ def _input_forms(s: Scales) -> list[Form]:
             refines=bool(knees),
         )
 
+    longest = min(0.05, 0.1 * s.length_max_s, 400 * s.step_min_s)
+
     def delay(name: str, substeps: int) -> Form:
-        longest = min(0.05, 0.1 * s.length_max_s, 400 * s.step_min_s)
         return Form(
             "delay",
             name,
@@ -210,7 +211,8 @@ def _input_forms(s: Scales) -> list[Form]:
             lambda _: [{"corner_hz": f, "delay_share": 0.1} for f in corners],
             path=lambda path, v: path.but(
                 corner_hz=v["corner_hz"],
-                delay_s=path.delay_s + v["delay_share"] / (2 * np.pi * v["corner_hz"]),
+                delay_s=path.delay_s
+                + min(v["delay_share"] / (2 * np.pi * v["corner_hz"]), longest),
                 substeps_min=4,
             ),
             refines=True,
