@@ -22,7 +22,7 @@ from madelung.diagnosis.holdout import (
 from madelung.diagnosis.noise import Noise, estimate_noise, proven_fall
 from madelung.diagnosis.verdict import Verdict, judge
 from madelung.diagnosis.where import Region
-from madelung.diagnosis.which import Engine, Search
+from madelung.diagnosis.which import Engine, Search, _peaks
 from madelung.path import Runner, SignalPath
 from madelung.records import make_record
 
@@ -247,6 +247,10 @@ TRUTH = {
     "slew_limit": (PATH.but(slew_V_per_s=600.0), {"slew_V_per_s": 600.0}),
     "amplifier_lag": (PATH.but(corner_hz=60.0), {"corner_hz": 60.0}),
     "backlash": (PATH.but(dead_band_um=0.08), {"dead_band_um": 0.08}),
+    "non_masing": (
+        PATH.but(bouc_um=-0.6, bouc_V=9.0, bouc_power=1.4, bouc_gamma=0.2),
+        {"bouc_um": -0.6, "bouc_V": 9.0},
+    ),
     "rate_dependence": (
         PATH.but(
             threshold_V=0.5,
@@ -275,6 +279,25 @@ def test_fit_comes_back_to_the_parameters(effect: str) -> None:
     assert fit.cost < 1.05 * PLAIN.rows
     for key, value in truth.items():
         assert fit.values[key] == pytest.approx(value, rel=0.02), key
+
+
+def test_values_of_other_forms_do_not_act_on_a_fit() -> None:
+    old = next(f for f in FORMS if "v_knee" in f.keys and "threshold_V" in f.keys)
+    new = next(f for f in FORMS if f.keys == tuple(k for k in old.keys if k != "v_knee"))
+    fit = PLAIN.fit((new,), acting(old), BETA, 0)
+    assert set(fit.values) == set(new.keys)
+
+
+def test_columns_of_another_fit_lead_to_the_same_place() -> None:
+    path, truth = TRUTH["amplifier_lag"]
+    posed = problem(records(path))
+    null = posed.fit((), {}, BETA)
+    lag = next(f for f in FORMS if f.effect == "amplifier_lag" and not f.refines)
+    start = {"corner_hz": 0.5 * truth["corner_hz"]}
+    own, borrowed = (posed.fit((lag,), start, null.beta, near=near) for near in (None, null))
+    assert null.columns(None).shape[0] == BETA.size and null.columns(lag).size == 0
+    assert borrowed.values["corner_hz"] == pytest.approx(own.values["corner_hz"], rel=1e-4)
+    assert borrowed.cost == pytest.approx(own.cost, abs=0.5)
 
 
 def later(change: Callable[[Floats, Floats], Floats]) -> list[Trace]:
@@ -352,6 +375,39 @@ def test_lines_are_projected_out_of_the_share_alone() -> None:
     assert told["rms_after_um"] == pytest.approx(0.3 / np.sqrt(2.0), rel=0.01)
     assert told["rms_after_um"] == told["records"][0]["rms_after_um"]
     assert told["closable_closed"] == pytest.approx(1.0, abs=0.01)
+
+
+# -- search -------------------------------------------------------------------------------------
+
+
+def test_a_line_above_half_a_records_rate_is_found_where_it_is() -> None:
+    """Without an anti-alias filter 134.7 Hz stand at 65.3 Hz in a record of 200 Hz."""
+    noise = Noise(0.003, 0.0, 1.0, 1000, known=True)
+    traces = []
+    for name, rate_hz, seed in (("slow", 200.0, 1), ("fast", 500.0, 2), ("slow too", 200.0, 3)):
+        t = np.arange(2000) / rate_hz
+        y = 0.003 * RNG(seed).standard_normal(t.size) + 0.004 * np.sin(2 * np.pi * 134.7 * t + seed)
+        traces.append(trace(name, 20 + t, y, 1 / rate_hz))
+    posed = Problem(traces, noise, SCALES, 3)
+    found = _peaks(posed, np.concatenate([t.y_um for t in traces]) / 0.003)
+    assert len(found) == 1
+    assert found[0] == pytest.approx(134.7, abs=0.05)
+    alone = Problem(traces[:1], noise, SCALES, 3)  # nothing tells it from its alias
+    assert _peaks(alone, traces[0].y_um / 0.003)[0] == pytest.approx(65.3, abs=0.05)
+
+
+def test_an_effect_that_joins_others_must_be_more_than_their_models_errors() -> None:
+    engine = Engine(PLAIN, FORMS, 1, lambda _: None)
+    n = PLAIN.rows
+    small = np.sqrt(2 * 400.0 / n) * np.sin(np.arange(n) * 0.05)  # a fall of 400
+    white = standing(form("delay"), 1.0)
+    old = replace(white, residual=white.residual + small)
+    new = replace(white, forms=(form("delay"), form("backlash")))
+    clear, vast = (
+        replace(standing(None, 1.0), residual=np.sqrt(e / n) * np.ones(n)) for e in (5e4, 5e7)
+    )
+    assert engine.accepted(old, new, clear)
+    assert not engine.accepted(old, new, vast)
 
 
 # -- thresholds of the verdict ------------------------------------------------------------------

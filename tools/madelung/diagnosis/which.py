@@ -513,8 +513,9 @@ def _peaks(problem: Problem, residual: Array) -> list[float]:
         if k <= lowest or power[k] < 30 + 6 * len(traces) or power[k] < 12 * floor[k]:
             break
         found.append(k * step_hz)
-        for p, place in zip(spectra, places, strict=True):
-            p[max(place[k] - 12, 0) : place[k] + 13] = 0.0
+        for (t, _), p, place in zip(traces, spectra, places, strict=True):
+            lobes = round(12 * length / (t.u_V.size * t.step_s))  # wider in shorter records
+            p[max(place[k] - lobes, 0) : place[k] + lobes + 1] = 0.0
     return found
 
 
