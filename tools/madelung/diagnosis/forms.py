@@ -25,7 +25,7 @@ CREEP_TAU_S = tuple(float(10.0**k) for k in np.arange(-2.5, 3.01, 0.5))
 CREEP_STEP = 0.0015
 """Neighbouring creep modes are expected to differ by about this share (log-like spectrum)."""
 LINES_MAX = 3
-DRIFT_DEGREE = 6
+DRIFT_DEGREE = 5
 """Of a polynomial over the longest record: up to a swing and a half."""
 SKEW_MAX_PPM = 20_000.0
 SKEW_NEAR_PPM = 3000.0
@@ -188,14 +188,13 @@ def _input_forms(s: Scales) -> list[Form]:
             (slew, Param("rise_over_fall", 0.3, 3.0, log=True)),
             lambda _: [
                 {"slew_V_per_s": v, "rise_over_fall": r}
-                for v in slews[::3]
-                for r in (0.7, 0.85, 0.95, 1.05, 1.15, 1.4)
+                for v in slews[-6:]
+                for r in (0.85, 0.95, 1.05, 1.15)
             ],
             path=lambda path, v: path.but(
                 slew_V_per_s=v["slew_V_per_s"] * v["rise_over_fall"] ** 0.5,
                 slew_fall_V_per_s=v["slew_V_per_s"] / v["rise_over_fall"] ** 0.5,
             ),
-            refines=True,
         ),
         Form(
             "amplifier_lag",
@@ -207,7 +206,7 @@ def _input_forms(s: Scales) -> list[Form]:
         Form(
             "amplifier_lag",
             "one pole, and faster ones as a delay",
-            (corner, Param("delay_share", 0.0, 0.25)),
+            (corner, Param("delay_share", 0.0, 0.13)),
             lambda _: [{"corner_hz": f, "delay_share": 0.1} for f in corners],
             path=lambda path, v: path.but(
                 corner_hz=v["corner_hz"],

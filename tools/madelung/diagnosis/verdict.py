@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 Status = Literal["identified", "ambiguous", "unknown", "no_gap"]
 
 CANDIDATES_MAX = 4
-RIVAL_GAIN = 20.0
+RIVAL_GAIN = 12.0
 """A rival is set aside when its cost is higher by this, in units of the noise, and ..."""
 RIVAL_EXCESS = 1.3
 """... its excess over the noise is larger by this factor."""

@@ -26,12 +26,14 @@ Progress = Callable[[str], None]
 T = TypeVar("T")
 S = TypeVar("S")
 
-GAIN_MIN = 40.0
+GAIN_MIN = 60.0
 """Fall of the cost, in units of the noise, below which nothing is accepted."""
 GAIN_FURTHER = 150.0
 FURTHER_SHARE = 1e-3
-"""An effect that joins others must show more clearly, and be more than this share of the whole gap:
-no model is so right that what it leaves is nothing but noise."""
+FURTHER_CLEAN_SHARE = 1e-4
+"""An effect that joins others must show more clearly, and be more than this share of the whole gap
+(the second, where it removes nearly all that the others left): no model is so right that what it
+leaves is nothing but noise."""
 HOPEFUL_SHARE = 0.5
 """Of the least gain, below which no other form of an effect is tried."""
 HOPELESS = 4000.0
@@ -386,7 +388,8 @@ class Engine:
             return False
         least = CLEAN_VISIBLE if extra <= STIFF_PARAMS else VISIBLE_SHARE
         visible, telling = self._shares(old, new, null)
-        if further and visible[-1] < FURTHER_SHARE:
+        lone = FURTHER_SHARE if telling[-1] < CLEAN_SHARE else FURTHER_CLEAN_SHARE
+        if further and visible[-1] < lone:
             return False
         clean = (telling > CLEAN_SHARE) & (visible > least)
         large = (telling > REMAINDER_SHARE) & (visible > VISIBLE_SHARE)
