@@ -118,6 +118,7 @@ def test_how_far_in_a_sentence() -> None:
     ("key", "split"),
     [
         ("slew_V_per_s", ("slew", "V/s")),
+        ("relax_per_V_s", ("relax", "1/(V s)")),
         ("delay_s", ("delay", "s")),
         ("fn_hz", ("fn", "Hz")),
         ("dead_band_um", ("dead band", "um")),

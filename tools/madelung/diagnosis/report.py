@@ -31,6 +31,7 @@ Diagnosis = Mapping[str, Any]
 LINES_MAX = 20
 FAULTS_MAX = 30
 UNITS = {
+    "per_V_s": "1/(V s)",
     "V_per_s": "V/s",
     "um_per_s": "um/s",
     "per_decade": "of the step per decade of time",
