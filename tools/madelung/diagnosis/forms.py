@@ -224,8 +224,7 @@ def _shape_form(
 ) -> Form:
     """Terms (j, k) of s'^j m'^k."""
     params = tuple(
-        Param(f"g{k}{j}_um", -0.5 * s.stroke_um, 0.5 * s.stroke_um, scale=s.stroke_um)
-        for j, k in terms
+        Param(f"g{k}{j}_um", -2 * s.stroke_um, 2 * s.stroke_um, scale=s.stroke_um) for j, k in terms
     )
 
     def path(base: SignalPath, v: Values) -> SignalPath:

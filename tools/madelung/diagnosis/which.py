@@ -60,6 +60,7 @@ FORMS_MAX = 2
 FINE_MAX = 5
 SIZE_MAX = 3
 ROUGH_ITERATIONS = 3
+LOST_ITERATIONS = 4
 STARTS_PER_TRY = 12
 TRIES_MAX = 4
 RIVALS_MAX = 4
@@ -428,8 +429,13 @@ class Engine:
                 values = {p.key: fit.values[p.key] for f in rest for p in f.params}
                 key = frozenset(f.effect for f in rest)
                 have = self.fits.get(key)
-                if have is None or have.forms != rest or have.cost < fit.cost + HOPELESS:
-                    self._keep(self.problem.fit(rest, values, fit.beta))
+                limit = fit.cost + HOPELESS
+                lost = have is not None and have.forms == rest and have.cost > limit
+                # Also what was far off before: from here it may come to another place.
+                tries = LOST_ITERATIONS if lost else ITERATIONS
+                again = self._keep(self.problem.fit(rest, values, fit.beta, tries))
+                if lost and again.cost < limit:
+                    self._keep(self.problem.fit(rest, again.values, again.beta))
                 smaller.append(self.fits[key])
             needless = [s for s in smaller if not self.accepted(s, fit, null)]
             if not needless:
