@@ -184,8 +184,7 @@ class Engine:
             if not found:
                 break
             ranked = self._front(found)
-            least = GAIN_FURTHER if len(best.forms) > len(null.forms) else GAIN_MIN
-            if self.gain(best, ranked[0]) < HOPEFUL_SHARE * least:
+            if self.gain(best, ranked[0]) < HOPEFUL_SHARE * _gain_min(_joins(best, null)):
                 break
             ranked = sorted([self._refined(ranked[0]), *ranked[1:]], key=self.score)
             if not self.accepted(best, ranked[0], null):
@@ -381,9 +380,8 @@ class Engine:
     def accepted(self, old: Fit, new: Fit, null: Fit) -> bool:
         """Whether the richer hypothesis is proven against the poorer one."""
         extra = len(new.params) - len(old.params)
-        further = len(old.forms) > len(null.forms)
-        least = (GAIN_FURTHER if further else GAIN_MIN) + GAIN_PER_PARAM * max(extra, 1)
-        if self.gain(old, new) < least:
+        further = _joins(old, null)
+        if self.gain(old, new) < _gain_min(further) + GAIN_PER_PARAM * max(extra, 1):
             return False
         if _spread_gain(old, new) < GAIN_MIN / 2:
             return False
@@ -442,6 +440,16 @@ class Engine:
                 break
             fit = min(needless, key=self.score)
         return fit
+
+
+def _joins(old: Fit, null: Fit) -> bool:
+    """Whether an effect that is added to a hypothesis joins others."""
+    return len(old.forms) > len(null.forms)
+
+
+def _gain_min(further: bool) -> float:
+    """Least fall of the cost that an effect must bring, but for the price of its parameters."""
+    return GAIN_FURTHER if further else GAIN_MIN
 
 
 def _plausible(fit: Fit, parent: Fit) -> bool:
