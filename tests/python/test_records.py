@@ -182,6 +182,32 @@ def test_stuck_and_clipped_values_are_found_backlash_and_dwell_are_not() -> None
     assert faults(dwell) == []
 
 
+def ringing(n: int, per_period: float, decay: float) -> np.ndarray:
+    k = np.arange(n)
+    return np.round(1e3 * np.cos(2 * np.pi * k / per_period) * np.exp(-(k % 300) / decay))
+
+
+def test_single_clipped_peaks_of_a_ringing_are_found_free_and_equal_peaks_are_not() -> None:
+    u = np.repeat([0.0, 5.0], 600)
+    t = np.arange(1200) * 1e-3
+
+    def found(y: np.ndarray) -> list[tuple[str, int, int]]:
+        return [(f.kind, f.first, f.last) for f in make_record("r", columns(t, u, y)).faults]
+
+    def columns(t: np.ndarray, u: np.ndarray, y: np.ndarray) -> dict[str, np.ndarray]:
+        return {"t_s": t, "u_V": u, "y_um": y}
+
+    free = ringing(1200, 4.7, 60.0)
+    for sign in (1.0, -1.0):
+        cut = np.minimum(free, 700.0)
+        rows = [row for k, first, last in found(sign * cut) for row in range(first, last + 1)]
+        assert {k for k, *_ in found(sign * cut)} == {"clipped"}
+        assert len(rows) >= 8 and (cut[rows] == 700.0).all()
+    assert found(free) == []
+    assert found(ringing(1200, 5.03, np.inf)) == []  # many peaks near its largest value
+    assert found(ringing(1200, 5.0, np.inf)) == []  # all its periods are equal
+
+
 def test_faulty_rows_are_not_sound_and_are_named_by_file_line() -> None:
     y = Y.copy()
     y[30:41] = y[30]

@@ -29,6 +29,11 @@ FLAT_SAMPLES = 5
 """So many equal values of y in a row, while u moves on, are stuck or clipped."""
 FLAT_SHARE = 0.02
 """u must have moved by this share of its range over them, a quarter of it before it turned."""
+PEAKS_MIN = 4
+PEAKS_SHARE = 0.25
+PEAK_STEPS = 8.0
+"""So many sharp peaks (by steps of y) that end in the same value are clipped, if the next such
+steps hold no more peaks than this share of them: free peaks are spread over both."""
 
 _SCALE = {
     "t": {"s": 1.0, "ms": 1e-3},
@@ -323,7 +328,10 @@ def _faults(t: Floats, u: Floats, y: Floats | None) -> Iterator[Fault]:
     off = np.abs(steps - passed * step) > JITTER_SHARE * step + TIME_RESOLUTION_S
     yield from _runs("jitter", off & (steps > 0.0), 1)
     if y is not None:
-        yield from _flat(u, y)
+        flat = list(_flat(u, y))
+        known = {f.first for f in flat}
+        cut = [f for sign in (1.0, -1.0) for f in _cut_peaks(sign * y) if f.first not in known]
+        yield from sorted([*flat, *cut], key=lambda f: f.first)
 
 
 def _flat(u: Floats, y: Floats) -> Iterator[Fault]:
@@ -343,6 +351,29 @@ def _flat(u: Floats, y: Floats) -> Iterator[Fault]:
     for i in np.flatnonzero((on > FLAT_SHARE / 4) & (whole > FLAT_SHARE)):
         at_end = y[first[i]] in (y.min(), y.max())
         yield Fault("clipped" if at_end else "stuck", int(first[i]), int(last[i]))
+
+
+def _cut_peaks(y: Floats) -> Iterator[Fault]:
+    """Peaks of y that the end of the sensor's or the converter's range cuts off.
+
+    Also y that repeats itself ends in equal peaks; but then what is beside them is equal, too.
+    """
+    step = np.diff(np.unique(y)).min(initial=np.inf)
+    near = PEAK_STEPS * step
+    change = np.flatnonzero(np.diff(y) != 0.0)
+    first, last = np.append(0, change + 1), np.append(change, y.size - 1)
+    inner = slice(1, -1)
+    top = y[first[inner]]
+    sides = np.column_stack((y[first[inner] - 1], y[last[inner] + 1]))
+    peak = sides.max(axis=1, initial=-np.inf) < top - near
+    at_end = peak & (top == y.max())
+    below = peak & ~at_end & (top >= y.max() - near)
+    if np.count_nonzero(at_end) < PEAKS_MIN or np.ptp(sides[at_end], axis=0).min() < near:
+        return
+    if np.count_nonzero(below) > PEAKS_SHARE * np.count_nonzero(at_end):
+        return
+    for i in np.flatnonzero(at_end) + 1:
+        yield Fault("clipped", int(first[i]), int(last[i]))
 
 
 def _runs(kind: FaultKind, where: NDArray[np.bool_], offset: int) -> Iterator[Fault]:
