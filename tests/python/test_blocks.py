@@ -289,6 +289,18 @@ def test_modes_are_second_order_systems(rate_hz: float) -> None:
     np.testing.assert_allclose(run(path, u, 1 / rate_hz), expected, rtol=0, atol=1e-8)
 
 
+def test_a_mode_near_half_the_rate_feels_how_the_hysteresis_bends_between_samples() -> None:
+    """A step over one sample: as finer steps show it."""
+    path = PATH.but(modes=(Mode(1050.0, 0.007),))
+    u = np.repeat([2.0, 38.0, 10.0], 300)
+    ramps = np.interp(np.arange((u.size - 1) * 16 + 1) / 16, np.arange(u.size), u)
+    exact = run(path, ramps, 1 / 2500.0 / 16)[::16]
+    found = run(path, u, 1 / 2500.0)
+    ringing = np.std(exact[310:600] - exact[590])
+    assert np.std(found - exact) < 0.003 * ringing
+    assert path.substeps(1 / 2500.0) > path.substeps(1 / 40e3) == 2
+
+
 @pytest.mark.parametrize("zeta", [0.0, 0.7, 1.0, 1.0 + 1e-9, 1.3, 10.0])
 @pytest.mark.parametrize("rate_hz", [1000.0, 10_000.0])
 def test_modes_of_any_damping(zeta: float, rate_hz: float) -> None:

@@ -23,7 +23,9 @@ Array = NDArray[np.float64]
 SHAPE_ORDER = 4
 SLEW_SUBSTEPS = 4
 RATE_SUBSTEPS = 4
-MODE_SUBSTEPS = 2
+MODE_SUBSTEPS = (2, 8)
+MODE_STEP_SHARE = 0.1
+"""Of a mode's period: a substep is no longer, within the bounds above."""
 BELOW_1 = 1 - 2**-24
 """The float below 1, which in a decay stands for the law of the square."""
 VELOCITY_SAMPLES = 0.5
@@ -127,16 +129,18 @@ class SignalPath:
         """A copy with some parameters changed."""
         return replace(self, **changes)
 
-    @property
-    def substeps(self) -> int:
+    def substeps(self, step_s: float) -> int:
         """Steps per sample: slew limit and rate dependence need more than one.
 
-        So do flexure modes, which feel that a branch of the hysteresis is curved between samples.
+        So do flexure modes, which feel that a branch of the hysteresis is curved between samples,
+        and the more so the fewer samples a period has.
         """
+        least, most = MODE_SUBSTEPS
+        wanted = (int(np.ceil(m.fn_hz * step_s / MODE_STEP_SHARE)) for m in self.modes)
         needed = (
             (SLEW_SUBSTEPS, self.slew_V_per_s > 0),
             (RATE_SUBSTEPS, self.has_rate),
-            (MODE_SUBSTEPS, bool(self.modes)),
+            (min(max([least, *wanted]), most), bool(self.modes)),
         )
         return max(1, int(self.substeps_min), *(n for n, on in needed if on))
 
@@ -185,7 +189,7 @@ def discretise(path: SignalPath, step_s: float, substeps: int | None = None) -> 
 
     ``substeps`` is given where it is not to be the path's own.
     """
-    n = substeps or path.substeps
+    n = substeps or path.substeps(step_s)
     inner_s = step_s / n
     limited = path.high_V < UNLIMITED_V or path.low_V > -UNLIMITED_V
     return Chain(
