@@ -22,7 +22,7 @@ from madelung.diagnosis.holdout import (
 from madelung.diagnosis.noise import Noise, estimate_noise, proven_fall
 from madelung.diagnosis.verdict import Verdict, judge
 from madelung.diagnosis.where import Region
-from madelung.diagnosis.which import Engine, Search, _peaks
+from madelung.diagnosis.which import Engine, Search, _peaks, _steady
 from madelung.path import Runner, SignalPath
 from madelung.records import make_record
 
@@ -491,3 +491,17 @@ def test_a_line_is_left_out_of_every_record_but_its_own() -> None:
             y, trace("fast", np.arange(100.0), np.arange(100.0), 0.001, role), values
         )
         assert np.abs(seen).max() == largest
+
+
+def test_a_line_at_half_a_records_rate_is_fitted_and_counts_as_steady() -> None:
+    """There its sine cannot be seen, and its amplitude not known."""
+    given = records()
+    truth = {t.name: 0.1 * np.cos(2 * np.pi * 250.0 * t.t_s + 1.2) for t in given[1:]}
+    disturbed = [replace(t, y_um=t.y_um + truth.get(t.name, 0.0)) for t in given]
+    seen = problem(disturbed)
+    lines = line_form((250.0,), ("fast", "biased"), SCALES)
+    fit = seen.fit((lines,), lines.starts(SCALES)[0], BETA)
+    assert fit.cost < 1.1 * seen.rows
+    assert np.hypot(fit.values["cos0:fast"], fit.values["sin0:fast"]) == pytest.approx(0.1, rel=0.1)
+    assert abs(fit.values["sin0:biased"]) < 0.1
+    assert _steady(seen, fit)

@@ -25,6 +25,8 @@ CREEP_TAU_S = tuple(float(10.0**k) for k in np.arange(-2.5, 3.01, 0.5))
 CREEP_STEP = 0.0015
 """Neighbouring creep modes are expected to differ by about this share (log-like spectrum)."""
 LINES_MAX = 3
+LINE_SHARE = 0.1
+"""Of the stroke, that a line's amplitude is expected below."""
 DRIFT_DEGREE = 5
 """Of a polynomial over the longest record: up to a swing and a half."""
 SKEW_MAX_PPM = 20_000.0
@@ -586,6 +588,7 @@ def line_form(freq_hz: tuple[float, ...], traces: tuple[str, ...], s: Scales) ->
         return total
 
     start = {p.key: 0.0 for p in params} | {f"freq{i}_hz": f for i, f in enumerate(freq_hz)}
+    amps = [p.key for p in params if not p.key.startswith("freq")]
     return Form(
         "periodic_disturbance",
         f"{len(freq_hz)} line{'s' if len(freq_hz) > 1 else ''}",
@@ -593,4 +596,6 @@ def line_form(freq_hz: tuple[float, ...], traces: tuple[str, ...], s: Scales) ->
         lambda _: [start],
         measure=measure,
         linear=True,
+        # At half a record's rate one of the two parts cannot be seen in it.
+        priors=tuple({key: 1.0 / (LINE_SHARE * s.stroke_um)} for key in amps),
     )

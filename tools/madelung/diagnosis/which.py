@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
+from madelung.diagnosis.case import Trace
 from madelung.diagnosis.fit import ITERATIONS, Fit, Probe, Problem
 from madelung.diagnosis.forms import LINES_MAX, Form, line_form
 from madelung.diagnosis.noise import proven_fall
@@ -75,6 +76,8 @@ LINE_PERIODS = 5
 DAMPING_SHARE = 0.95
 LINE_SPREAD = 2.0
 """A line whose amplitude differs by more than this from the records' mean is no disturbance."""
+LINE_WHOLE = 1.5
+"""Periods in a record from which on its amplitude there is known."""
 LINE_SEEN = 8.0
 """... in records where that mean is so many standard errors."""
 STRETCH_ROWS = 64
@@ -486,12 +489,22 @@ def _steady(problem: Problem, fit: Fit) -> bool:
             amps.append(np.hypot(fit.values[f"cos{line}:{name}"], fit.values[f"sin{line}:{name}"]))
             density = problem.noise.spectrum(np.array([freq]), trace.step_s)[0]
             errors.append(np.sqrt(2 * density / max(int(trace.use.sum()), 1)))
+            if _periods(trace, freq) < LINE_WHOLE:
+                errors[-1] = np.inf  # its phase is mixed with its amplitude
+        if not np.isfinite(errors).any():
+            continue
         typical = float(np.average(amps, weights=1 / np.square(errors)))
         seen = typical > LINE_SEEN * np.array(errors)
         spread = np.array(amps)[seen] / typical
         if np.any(spread < 1 / LINE_SPREAD) or np.any(spread > LINE_SPREAD):
             return False
     return True
+
+
+def _periods(trace: Trace, freq_hz: float) -> float:
+    """Of a line in a record, or of its beat with half of the record's rate."""
+    turns = freq_hz * trace.step_s
+    return float(abs(2 * turns - round(2 * turns)) / 2 * trace.u_V.size)
 
 
 def _spread_gain(old: Fit, new: Fit) -> float:
