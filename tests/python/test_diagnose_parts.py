@@ -396,6 +396,22 @@ def test_a_line_above_half_a_records_rate_is_found_where_it_is() -> None:
     assert _peaks(alone, traces[0].y_um / 0.003)[0] == pytest.approx(65.3, abs=0.05)
 
 
+def test_a_slow_line_is_seen_beside_a_short_fast_record_in_which_it_is_wide() -> None:
+    records = [("fast", 8000, 20e3), ("slow", 7000, 200.0), ("middle", 7000, 1e3)]
+    lined = [
+        trace(
+            name,
+            np.linspace(0.0, 40.0, n),
+            np.sin(2 * np.pi * 17.9 * np.arange(n) / hz + 1.0),
+            1 / hz,
+        )
+        for name, n, hz in records
+    ]
+    assert _peaks(problem(lined), np.concatenate([t.y_um for t in lined]))[0] == pytest.approx(
+        17.9, abs=0.02
+    )
+
+
 def test_an_effect_that_joins_others_must_be_more_than_their_models_errors() -> None:
     engine = Engine(PLAIN, FORMS, 1, lambda _: None)
     n = PLAIN.rows

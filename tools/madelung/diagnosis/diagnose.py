@@ -23,6 +23,7 @@ from madelung.diagnosis.holdout import (
 )
 from madelung.diagnosis.known import excluded, known_forms, monitored
 from madelung.diagnosis.noise import Noise, estimate_noise
+from madelung.diagnosis.outside import OUTSIDE, outside_forms
 from madelung.diagnosis.parameters import Z95, reported
 from madelung.diagnosis.verdict import Verdict, detectable, judge, train_excess
 from madelung.diagnosis.vocabulary import EFFECTS, SIZES
@@ -97,8 +98,8 @@ def diagnose(case: Case, options: Options, progress: Progress = lambda _: None) 
     gap = _train_gap(problem, baseline)
     good = _good_enough(gap, options)
     heads = problem.with_traces(_heads(problem.traces))
-    engine, search = _search(problem, heads, case, baseline, options, progress, good)
-    verdict = judge(engine, search, train_excess(problem, baseline))
+    engine, search, outsider = _search(problem, heads, case, baseline, options, progress, good)
+    verdict = judge(engine, search, train_excess(problem, baseline), outsider)
     if good:
         verdict = Verdict("no_gap", [], [], 1.0, 0.0, [])
     elif options.check:
@@ -133,7 +134,7 @@ def diagnose(case: Case, options: Options, progress: Progress = lambda _: None) 
         ),
         "detectable_units": {e: SIZES[e][0] for e in EFFECTS},
         "next_experiment": next_experiment(verdict, scales),
-        "warnings": case.warnings + _warnings(case, noise, verdict, options, good),
+        "warnings": case.warnings + _warnings(case, noise, verdict, options, good, outsider),
         "noise": {
             "white_um": noise.white_um,
             "coloured_um": noise.coloured_um,
@@ -238,7 +239,8 @@ def _search(
     options: Options,
     progress: Progress,
     good: bool,
-) -> tuple[Engine, Search]:
+) -> tuple[Engine, Search, Fit | None]:
+    """The result, its engine, and what is outside the vocabulary and explains more."""
     fixed, values = known_forms(case, problem.scales)
     given, measured = monitored(case, problem, options.jobs)
     values = values | measured
@@ -248,14 +250,20 @@ def _search(
     if options.check or good:
         engine = Engine(problem, free, options.jobs, progress)
         null = problem.fit(base, values, baseline.beta)
-        return engine, Search(null, null, {null.effects: null})
+        return engine, Search(null, null, {null.effects: null}), None
     lines = "periodic_disturbance" not in barred
     rough = Engine(heads, free, options.jobs, progress, lines)
     found = rough.search(heads.fit(base, values, baseline.beta))
-    if heads.rows == problem.rows:
-        return rough, found
-    start = problem.fit(base, values, found.null.beta)
-    return _on_all(problem, heads, rough, found, start)
+    engine, search = rough, found
+    if heads.rows != problem.rows:
+        start = problem.fit(base, values, found.null.beta)
+        engine, search = _on_all(problem, heads, rough, found, start)
+    progress("comparing with what is outside the vocabulary")
+    # What the user rules out gets no name, but no other is named for it either.
+    ruled_out = [f for f in forms(problem.scales) if f.effect in case.exclude and not f.refines]
+    others = [*outside_forms(problem.scales, problem.traces), *ruled_out]
+    near = replace(found, best=rough.fits.get(search.best.effects, found.best))
+    return engine, search, rough.outsider(near, others)
 
 
 def _on_all(
@@ -360,8 +368,17 @@ def _predictions(problem: Problem, case: Case, baseline: Fit, best: Fit) -> list
     return predict(everything, baseline, best)
 
 
+def _told(fit: Fit) -> str:
+    return ", ".join(f.name if f.effect == OUTSIDE else f.effect for f in fit.forms)
+
+
 def _warnings(
-    case: Case, noise: Noise, verdict: Verdict, options: Options, good: bool
+    case: Case,
+    noise: Noise,
+    verdict: Verdict,
+    options: Options,
+    good: bool,
+    outsider: Fit | None,
 ) -> list[str]:
     said = []
     if good:
@@ -374,6 +391,8 @@ def _warnings(
         said.append(f"no hold-out folder: {', '.join(case.set_aside)} set aside as hold-out")
     if not case.holdout:
         said.append("no hold-out record: how far the gap shrinks cannot be checked")
+    if verdict.status == "unknown" and outsider is not None:
+        said.append(f"better explained than by effects that may be named: {_told(outsider)}")
     if verdict.status == "no_gap":
         said.append("effects below the sizes under `detectable` could not have been seen")
     return said

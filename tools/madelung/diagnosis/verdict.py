@@ -51,7 +51,9 @@ class Verdict:
     rivals: list[Fit]
 
 
-def judge(engine: Engine, search: Search, gap_excess: float) -> Verdict:
+def judge(
+    engine: Engine, search: Search, gap_excess: float, outsider: Fit | None = None
+) -> Verdict:
     """Decide the status.
 
     The confidence is the share that what is named has among all hypotheses tried (`_posterior`),
@@ -62,6 +64,8 @@ def judge(engine: Engine, search: Search, gap_excess: float) -> Verdict:
     ----------
     gap_excess
         `train_excess` of the baseline.
+    outsider
+        What is no effect of the vocabulary and explains the records better (`Engine.outsider`).
     """
     problem, best = engine.problem, search.best
     left = max(train_excess(problem, best), 0.0)
@@ -71,6 +75,10 @@ def judge(engine: Engine, search: Search, gap_excess: float) -> Verdict:
     effects = sorted(best.effects)
     if clean < 1:
         return Verdict("unknown", [], effects, _capped(_odds(1 / clean)), share, [])
+    if outsider is not None:
+        sure = _odds(max(engine.gain(best, outsider), GAIN_MIN) / GAIN_MIN)
+        agreed = sorted(best.effects & outsider.effects)
+        return Verdict("unknown", [], agreed, _capped(sure), min(share, 1.0), [])
     if left <= allowed and gap_excess <= allowed:
         share = 0.0
     weights = _posterior(engine, search)
@@ -80,13 +88,13 @@ def judge(engine: Engine, search: Search, gap_excess: float) -> Verdict:
     rivals = _rivals(engine, search)
     named = [best, *rivals]
     sure = sum(weights[f.effects] for f in named) * _odds(clean)
-    agreed = frozenset.intersection(*(f.effects for f in named))
+    common = frozenset.intersection(*(f.effects for f in named))
     contested: list[str] = []
     for fit in named if rivals else []:
-        contested += [n for n in sorted(fit.effects - agreed) if n not in contested]
+        contested += [n for n in sorted(fit.effects - common) if n not in contested]
     status: Status = "ambiguous" if rivals else "identified"
     candidates = contested[:CANDIDATES_MAX]
-    return Verdict(status, sorted(agreed), candidates, _capped(sure), share, rivals)
+    return Verdict(status, sorted(common), candidates, _capped(sure), share, rivals)
 
 
 def train_excess(problem: Problem, fit: Fit) -> float:

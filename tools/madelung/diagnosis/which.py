@@ -8,7 +8,7 @@ the accepted set is kept as an alternative.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import TypeVar
@@ -281,7 +281,8 @@ class Engine:
             full = self.problem.fit(parent.forms, parent.values, parent.beta, iterations=2)
             # A child that is no better than this parent was not fitted well from another one.
             seen = {key for key, fit in found.items() if fit.cost < parent.cost}
-            for fit in self._children(full, seen):
+            free = [f for f in [*self.forms, *self._lines(full)] if not f.refines]
+            for fit in self._children(full, free, seen):
                 key = fit.effects
                 if key not in found or self.score(fit) < self.score(found[key]):
                     found[key] = fit
@@ -291,12 +292,14 @@ class Engine:
         """Whether no record has more than noise left."""
         return bool(np.all(self.problem.excess_per_row(fit.residual) < EXCESS_MIN))
 
-    def _children(self, parent: Fit, seen: set[frozenset[str]]) -> list[Fit]:
+    def _children(
+        self, parent: Fit, forms: Sequence[Form], seen: Collection[frozenset[str]] = ()
+    ) -> list[Fit]:
+        """Fits with one of these forms more, but for sets of effects that were seen."""
         free = [
             f
-            for f in [*self.forms, *self._lines(parent)]
-            if not f.refines
-            and f.effect not in parent.effects
+            for f in forms
+            if f.effect not in parent.effects
             and not (f.effect in BENT and parent.effects & BENT)
             and parent.effects | {f.effect} not in seen
         ]
@@ -377,6 +380,33 @@ class Engine:
         return [
             line_form(tuple(found[: k + 1]), names, self.problem.scales) for k in range(len(found))
         ]
+
+    def outsider(self, search: Search, forms: Sequence[Form]) -> Fit | None:
+        """What explains the records better than the accepted effects, with no more models.
+
+        Parameters
+        ----------
+        forms
+            Of what no verdict names: one of them takes the place of one effect or of all.
+        """
+        best, given = search.best, search.null.effects
+        named = best.effects - given
+        bases = {best.effects - {e} for e in named} | ({given} if named else set())
+        found: list[Fit] = []
+        for base in (self.fits[key] for key in sorted(bases & self.fits.keys(), key=sorted)):
+            parent = self.problem.fit(base.forms, base.values, base.beta, iterations=2)
+            found += self._children(parent, forms)
+        better = [f for f in found if self._outdoes(f, best)]
+        return min(better, key=self.score, default=None)
+
+    def _outdoes(self, other: Fit, best: Fit) -> bool:
+        """Whether it comes clearly nearer; or, with fewer models, is not clearly farther off."""
+        back = self.gain(other, best)
+        if len(other.forms) < len(best.forms) and back < GAIN_FURTHER:
+            return True
+        extra = max(len(other.params) - len(best.params), 0)
+        clearly = self.gain(best, other) - max(back, 0.0) > GAIN_MIN + GAIN_PER_PARAM * extra
+        return clearly and other.cost < best.cost
 
     # -- acceptance ---------------------------------------------------------------------------
 
@@ -536,15 +566,18 @@ def _peaks(problem: Problem, residual: Array) -> list[float]:
     places = [np.minimum(bins % (2 * p.size - 2), -bins % (2 * p.size - 2)) for p in spectra]
     found: list[float] = []
     lowest = 4 * LINE_PERIODS  # fewer periods in the longest record may as well be drift
-    floor = _running_median(_folded(spectra, places))
+    # In a shorter record a line is wider, and so is what surrounds it.
+    widths = [round(length / (t.u_V.size * t.step_s)) for t, _ in traces]
+    floors = [_running_median(p, 100 * w) for p, w in zip(spectra, widths, strict=True)]
+    floor = _folded(floors, places)
     for _ in range(LINES_MAX):
         power = _folded(spectra, places)
         k = int(np.argmax(np.where(bins > lowest, power - 3 * floor, 0.0)))
         if k <= lowest or power[k] < 30 + 6 * len(traces) or power[k] < 12 * floor[k]:
             break
         found.append(k * step_hz)
-        for (t, _), p, place in zip(traces, spectra, places, strict=True):
-            lobes = round(12 * length / (t.u_V.size * t.step_s))  # wider in shorter records
+        for width, p, place in zip(widths, spectra, places, strict=True):
+            lobes = 12 * width
             p[max(place[k] - lobes, 0) : place[k] + lobes + 1] = 0.0
     return found
 
@@ -554,7 +587,7 @@ def _folded(spectra: list[Array], places: list[NDArray[np.int64]]) -> Array:
     return np.asarray(sum(p[at] for p, at in zip(spectra, places, strict=True)), np.float64)
 
 
-def _running_median(power: Array, half: int = 100) -> Array:
+def _running_median(power: Array, half: int) -> Array:
     """Median over a window, computed on a coarse grid."""
     n = power.size
     centres = np.arange(0, n, half)
