@@ -309,21 +309,20 @@ def _hysteresis_forms(s: Scales) -> list[Form]:
             "non_masing",
             "a part by Bouc and Wen",
             (
-                # It takes from the displacement where the command rises, as loops of actuators do.
-                Param("bouc_um", -0.5 * s.stroke_um, 0.0, scale=s.stroke_um),
+                Param("bouc_um", -0.5 * s.stroke_um, 0.5 * s.stroke_um, scale=s.stroke_um),
                 Param("bouc_V", 0.02 * s.range_V, 3 * s.range_V, log=True),
                 Param("bouc_power", 1.0, 3.0),
                 Param("bouc_gamma", -0.8, 0.8),
             ),
             lambda _: [
                 {
-                    "bouc_um": -c * s.stroke_um,
+                    "bouc_um": c * s.stroke_um,
                     "bouc_V": k * s.range_V,
                     "bouc_power": 1.5,
                     "bouc_gamma": 0.0,
                 }
                 for k in (0.1, 0.25, 0.5, 1.0)
-                for c in (0.02, 0.08)
+                for c in (-0.05, 0.05)
             ],
             path=lambda path, v: path.but(
                 bouc_um=v["bouc_um"],

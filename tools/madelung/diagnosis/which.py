@@ -21,6 +21,7 @@ from madelung.diagnosis.case import Trace
 from madelung.diagnosis.fit import ITERATIONS, Fit, Probe, Problem
 from madelung.diagnosis.forms import LINES_MAX, Form, line_form
 from madelung.diagnosis.noise import proven_fall
+from madelung.diagnosis.vocabulary import EFFECTS
 
 Array = NDArray[np.float64]
 Progress = Callable[[str], None]
@@ -81,6 +82,8 @@ LINE_WHOLE = 1.5
 LINE_SEEN = 8.0
 """... in records where that mean is so many standard errors."""
 STRETCH_ROWS = 64
+OUTSIDE_LEFT = 0.3
+"""Share of the accepted effects' excess that what is outside the vocabulary may leave."""
 EXCESS_MIN = 0.05
 """Excess over the noise, as a share of it, that is taken for structure."""
 
@@ -187,12 +190,17 @@ class Engine:
             if not found:
                 break
             ranked = self._front(found)
-            if self.gain(best, ranked[0]) < HOPEFUL_SHARE * _gain_min(_joins(best, null)):
+            hope = HOPEFUL_SHARE * _gain_min(_joins(best, null))
+            # One of two causes may prove nothing as long as the other hides it.
+            alone = size == 1 and not self._is_clean(best)
+            if self.gain(best, ranked[0]) > hope:
+                ranked = sorted([self._refined(ranked[0]), *ranked[1:]], key=self.score)
+            elif not alone:
                 break
-            ranked = sorted([self._refined(ranked[0]), *ranked[1:]], key=self.score)
-            if not self.accepted(best, ranked[0], null):
+            if self.accepted(best, ranked[0], null):
+                best = ranked[0]
+            elif not alone:
                 break
-            best = ranked[0]
             beam = self._front(ranked)[: BEAM if size == 1 else 1]
         return Search(null, self._pruned(best, null), self.fits)
 
@@ -401,12 +409,19 @@ class Engine:
 
     def _outdoes(self, other: Fit, best: Fit) -> bool:
         """Whether it comes clearly nearer; or, with fewer models, is not clearly farther off."""
+        rows = self.problem.rows
         back = self.gain(other, best)
         if len(other.forms) < len(best.forms) and back < GAIN_FURTHER:
             return True
         extra = max(len(other.params) - len(best.params), 0)
         clearly = self.gain(best, other) - max(back, 0.0) > GAIN_MIN + GAIN_PER_PARAM * extra
-        return clearly and other.cost < best.cost
+        if not clearly or other.cost > best.cost:
+            return False
+        # Curves take from what a model does not do quite right; a cause leaves little.
+        cause = all(f.effect in EFFECTS for f in other.forms)
+        return cause or other.cost - rows < max(
+            OUTSIDE_LEFT * (best.cost - rows), EXCESS_MIN * rows
+        )
 
     # -- acceptance ---------------------------------------------------------------------------
 
