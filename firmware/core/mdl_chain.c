@@ -77,6 +77,17 @@ static mdl_status check_rate(const mdl_rate_params *p)
                            (p->widening == MDL_C(0.0) || p->relax.decay == MDL_C(0.0)));
 }
 
+static mdl_status check_envelope(const mdl_envelope_params *p)
+{
+    const mdl_real v[] = {p->per_volt,   p->rise_volts, p->rise_skew,
+                          p->fall_volts, p->fall_skew,  p->follow};
+    return judge(v, COUNT(v),
+                 p->per_volt > MDL_C(0.0) && p->rise_volts >= MDL_C(0.0) &&
+                     size_of(p->rise_skew) <= MDL_C(1.0) && p->fall_volts >= MDL_C(0.0) &&
+                     size_of(p->fall_skew) <= MDL_C(1.0) && p->follow >= MDL_C(0.0) &&
+                     p->follow <= MDL_C(1.0));
+}
+
 static mdl_status check_bouc(const mdl_bouc_params *p)
 {
     const mdl_real v[] = {p->size_um, p->per_volt, p->power, p->gamma};
@@ -133,6 +144,7 @@ static mdl_status check_blocks(const mdl_chain_params *p)
     CHECK(MDL_BLOCK_SATURATION, check_saturation(&p->saturation))
     CHECK(MDL_BLOCK_SLEW, check_slew(&p->slew))
     CHECK(MDL_BLOCK_LAG, check_lag(&p->lag))
+    CHECK(MDL_BLOCK_ENVELOPE, check_envelope(&p->envelope))
     CHECK(MDL_BLOCK_RATE, check_rate(&p->rate))
     CHECK(MDL_BLOCK_BOUC, check_bouc(&p->bouc))
     CHECK(MDL_BLOCK_YANG, check_yang(p))
@@ -207,12 +219,30 @@ static mdl_real bouc(mdl_chain *chain, mdl_real x)
                                        : MDL_C(0.0);
 }
 
+/*
+ * What the envelopes leave of a drive x above u_min. The operator without a threshold, whose weight
+ * is f0'(0), may follow all the same: by how much, um.
+ */
+static mdl_real enveloped(mdl_chain *chain, mdl_real x, mdl_real *follows_um)
+{
+    const mdl_chain_params *p = chain->params;
+    mdl_real w = x;
+    if (acts(chain, MDL_BLOCK_ENVELOPE)) {
+        w = mdl_envelope_step(&p->envelope, chain->at.enveloped_volts, x);
+        *follows_um = p->envelope.follow * mdl_major_first_slope(&p->major) * (x - w);
+    }
+    chain->at.enveloped_volts = w;
+    return w;
+}
+
 /* The hysteresis alone, at rest, to a drive x above u_min. */
 static mdl_status lead(mdl_chain *chain, mdl_real x, mdl_real *y)
 {
-    mdl_status status = mdl_traj_step(&chain->traj, x, y);
-    (void)mdl_plays_step(&chain->at.plays, &chain->plays, x, MDL_C(0.0));
-    *y += bouc(chain, x);
+    mdl_real follows_um = MDL_C(0.0);
+    mdl_real w = enveloped(chain, x, &follows_um);
+    mdl_status status = mdl_traj_step(&chain->traj, w, y);
+    (void)mdl_plays_step(&chain->at.plays, &chain->plays, w, MDL_C(0.0));
+    *y += follows_um + bouc(chain, x);
     return status;
 }
 
@@ -278,7 +308,7 @@ static mdl_status start(mdl_chain *chain, mdl_real u)
     chain->at.u_volts = u;
     chain->at.slewed_volts = v;
     chain->at.drive_volts = v;
-    chain->at.gripped_volts = v - p->u_min_volts;
+    chain->at.gripped_volts = chain->at.enveloped_volts;
     chain->at.hysteresis_um = y;
     mdl_lag_reset(&chain->at.lag);
     mdl_lag_reset(&chain->at.velocity);
@@ -354,14 +384,17 @@ static mdl_status hysteresis(mdl_chain *chain, mdl_real v, mdl_real *y)
     const mdl_chain_params *p = chain->params;
     mdl_real x = v - p->u_min_volts;
     mdl_real rise = v - chain->at.drive_volts;
+    mdl_real follows_um = MDL_C(0.0);
+    mdl_real w;
     mdl_status status;
     chain->at.drive_volts = v;
     if (acts(chain, MDL_BLOCK_YANG)) {
         return mdl_yang_step(&chain->at.yang, p->yang, v, y);
     }
-    status = acts(chain, MDL_BLOCK_RATE) ? with_rate(chain, x, rise, y)
-                                         : mdl_traj_step(&chain->traj, x, y);
-    *y += bouc(chain, x);
+    w = enveloped(chain, x, &follows_um);
+    status = acts(chain, MDL_BLOCK_RATE) ? with_rate(chain, w, rise, y)
+                                         : mdl_traj_step(&chain->traj, w, y);
+    *y += follows_um + bouc(chain, x);
     return status;
 }
 

@@ -3,8 +3,8 @@
  * @brief The signal path from the commanded voltage to the displacement: what firmware and tools
  *        call.
  *
- * u -> saturation -> slew limit -> amplifier lag -> trajectory (+ asymmetry, non-Masing, Bouc-Wen,
- * rate dependence) -> creep -> flexure modes -> backlash -> delay -> gain, offset -> y
+ * u -> saturation -> slew limit -> amplifier lag -> envelopes -> trajectory (+ asymmetry,
+ * non-Masing, Bouc-Wen, rate dependence) -> creep -> flexure modes -> backlash -> delay -> gain, offset -> y
  *
  * In the trajectory's place the model of Yang et al. may stand, which has its own rate dependence.
  *
@@ -22,6 +22,7 @@
 #include "mdl_bouc.h"
 #include "mdl_delay.h"
 #include "mdl_drive.h"
+#include "mdl_envelope.h"
 #include "mdl_mode.h"
 #include "mdl_plays.h"
 #include "mdl_rate.h"
@@ -38,7 +39,8 @@
 #define MDL_BLOCK_BACKLASH 64u
 #define MDL_BLOCK_DELAY 128u
 #define MDL_BLOCK_GAIN 256u
-#define MDL_BLOCK_BOUC 1024u /**< beside the trajectory */
+#define MDL_BLOCK_BOUC 1024u     /**< beside the trajectory */
+#define MDL_BLOCK_ENVELOPE 2048u /**< in front of the trajectory */
 #define MDL_BLOCK_YANG 512u  /**< in the trajectory's and the rate dependence's place */
 
 /** One mode of the creep ladder: gain * 1 / (1 + tau s). */
@@ -57,6 +59,7 @@ typedef struct {
     mdl_saturation_params saturation;
     mdl_slew_params slew; /**< per substep */
     mdl_lag_params lag;
+    mdl_envelope_params envelope;
     mdl_rate_params rate;
     mdl_bouc_params bouc;
     uint16_t creep_count;
@@ -79,6 +82,7 @@ typedef struct {
     mdl_lag lag;
     mdl_lag velocity;
     mdl_lag speed;
+    mdl_real enveloped_volts; /**< behind the envelopes, less u_min */
     mdl_real gripped_volts; /**< behind the play of the rate block, less u_min */
     mdl_plays plays;
     mdl_bouc bouc;

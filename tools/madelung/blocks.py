@@ -60,7 +60,14 @@ _FLAT = {
         "slew_fall_V_per_s": _Range(0.0, 1e12, 0.0),
     },
     "amplifier_lag": {"corner_hz": _Range(*_POSITIVE)},
-    "asymmetry": _terms((1, 3)),
+    "asymmetry": _terms((1, 3))
+    | {
+        "rise_V": _Range(0.0, 1e6, 0.0),
+        "rise_skew": _Range(-1.0, 1.0, 0.0),
+        "fall_V": _Range(0.0, 1e6, 0.0),
+        "fall_skew": _Range(-1.0, 1.0, 0.0),
+        "follow": _Range(0.0, 1.0, 0.0),
+    },
     "rate_dependence": {
         "damping_um": _Range(*_ANY, 0.0),
         "widening": _Range(0.0, 1e6, 0.0),

@@ -82,6 +82,8 @@ class Chain:
     rate
         decay and ramp of the velocity, v_scale, power, v_knee, at_knee, damping_um, widening,
         threshold_volts, of_speed (0 or 1), decay, early and pull of viscous operators.
+    envelope
+        per_volt, rise_volts, rise_skew, fall_volts, fall_skew and follow, see mdl_envelope.h.
     bouc
         size_um, per_volt, power and gamma, see mdl_bouc.h.
     creep
@@ -104,6 +106,7 @@ class Chain:
     slew_step_V: tuple[float, float] | None = None
     lag: tuple[float, float] | None = None
     rate: tuple[float, ...] | None = None
+    envelope: tuple[float, ...] | None = None
     bouc: tuple[float, float, float, float] | None = None
     creep: tuple[tuple[float, ...], ...] = ()
     modes: tuple[tuple[float, ...], ...] = ()
@@ -156,6 +159,8 @@ class Core:
         if chain.rate is not None:
             reals, of_speed, relax = chain.rate[:9], int(chain.rate[9]), chain.rate[10:]
             lib.batch_set_rate(batch, *reals, of_speed, *relax)
+        if chain.envelope is not None:
+            lib.batch_set_envelope(batch, *chain.envelope)
         if chain.bouc is not None:
             lib.batch_set_bouc(batch, *chain.bouc)
         if chain.backlash is not None:

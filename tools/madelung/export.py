@@ -257,6 +257,7 @@ def _blocks(chain: Chain) -> dict[str, Tree]:
         ("SATURATION", "saturation", _SATURATION, chain.saturation),
         ("SLEW", "slew", _SLEW, chain.slew_step_V),
         ("LAG", "lag", _LAG, chain.lag),
+        ("ENVELOPE", "envelope", _ENVELOPE, chain.envelope),
         ("BOUC", "bouc", _BOUC, chain.bouc),
     ):
         if values is not None:
@@ -302,6 +303,7 @@ def _rate(values: tuple[float, ...]) -> Tree:
 
 _LAG = ("decay", "ramp")
 _RATE = ("v_scale", "power", "v_knee", "at_knee", "damping_um", "widening", "threshold_volts")
+_ENVELOPE = ("per_volt", "rise_volts", "rise_skew", "fall_volts", "fall_skew", "follow")
 _BOUC = ("size_um", "per_volt", "power", "gamma")
 _RELAX = ("decay", "early", "pull")
 _SATURATION = ("high_volts", "low_volts", "knee_volts", "knee_power")

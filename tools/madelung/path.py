@@ -63,6 +63,8 @@ class SignalPath:
         Coefficients of the major ascending curve, um / V^k, ascending, at most degree 7.
     shape
         (4, 4), um: terms s'^j m'^k, row k - 1, column j - 1 (mdl_shape.h).
+    rise_V, rise_skew, fall_V, fall_skew, follow
+        Envelopes of a generalised play (mdl_envelope.h).
     high_V, low_V, knee_V, knee_power
         Saturation of the drive; the power makes another knee (mdl_drive.h).
     slew_V_per_s, slew_fall_V_per_s
@@ -94,6 +96,11 @@ class SignalPath:
     range_V: float
     f0: tuple[float, ...]
     shape: tuple[tuple[float, ...], ...] | None = None
+    rise_V: float = 0.0
+    rise_skew: float = 0.0
+    fall_V: float = 0.0
+    fall_skew: float = 0.0
+    follow: float = 0.0
     high_V: float = UNLIMITED_V
     low_V: float = -UNLIMITED_V
     knee_V: float = 0.0
@@ -199,6 +206,7 @@ def discretise(path: SignalPath, step_s: float, substeps: int | None = None) -> 
         slew_step_V=_slew(path, inner_s) if path.slew_V_per_s else None,
         lag=_lag(1 / (2 * np.pi * path.corner_hz), inner_s) if path.corner_hz else None,
         rate=_rate(path, inner_s) if path.has_rate else None,
+        envelope=_envelope(path) if path.rise_V > 0 or path.fall_V > 0 else None,
         bouc=(path.bouc_um, 1 / path.bouc_V, path.bouc_power, path.bouc_gamma)
         if path.bouc_um
         else None,
@@ -241,6 +249,10 @@ def _rate(path: SignalPath, step_s: float) -> tuple[float, ...]:
         path.of_speed,
         *_relax(path.relax_s, path.relax_per_V_s, step_s),
     )
+
+
+def _envelope(path: SignalPath) -> tuple[float, ...]:
+    return (1 / path.range_V, *(getattr(path, k) for k in _ENVELOPE))
 
 
 def _relax(tau_s: float, per_V_s: float, step_s: float) -> tuple[float, float, float]:
@@ -292,6 +304,9 @@ _FIELDS = {
 }
 """Fields of `SignalPath` that are the parameters of an effect, under the same names."""
 _BOUC = ("bouc_um", "bouc_V", "bouc_power", "bouc_gamma")
+_ENVELOPE = ("rise_V", "rise_skew", "fall_V", "fall_skew", "follow")
+_BESIDE = {"asymmetry": _ENVELOPE, "non_masing": _BOUC}
+"""What else an effect of the shape may be, under the same names."""
 _SHAPED = {"asymmetry": (1, 3), "non_masing": (2, 4)}
 """Powers of the middle: odd ones break the central symmetry, even ones bend minor loops alone."""
 _SECONDARY = (
@@ -326,11 +341,12 @@ def path_to_blocks(path: SignalPath, models: Mapping[str, str] | None = None) ->
     for effect, rows in _SHAPED.items():
         shape = np.zeros((SHAPE_ORDER, SHAPE_ORDER)) if path.shape is None else np.array(path.shape)
         terms = {(k, j): float(shape[k - 1, j - 1]) for k in rows for j in range(1, 5)}
-        bouc = path.bouc_um != 0.0 and effect == "non_masing"
-        if any(terms.values()) or bouc:
+        beside = {k: getattr(path, k) for k in _BESIDE[effect]}
+        acts = any(beside[k] for k in beside if k in ("rise_V", "fall_V", "bouc_um"))
+        if any(terms.values()) or acts:
             found[effect] = {f"g{k}{j}_um": g for (k, j), g in terms.items()}
-        if bouc:
-            found[effect] |= {k: getattr(path, k) for k in _BOUC}
+        if acts:
+            found[effect] |= beside
     if path.creep:
         found["creep"] = {"modes": [asdict(m) for m in path.creep]}
     if path.modes:
@@ -350,7 +366,7 @@ def path_of(model: Model) -> SignalPath:
         elif block.effect in _SHAPED:
             for k in _SHAPED[block.effect]:
                 shape[k - 1] = [p[f"g{k}{j}_um"] for j in range(1, SHAPE_ORDER + 1)]
-            fields |= {k: p[k] for k in _BOUC if k in p}
+            fields |= {k: p[k] for k in _BESIDE[block.effect] if k in p}
         elif block.effect == "creep":
             fields["creep"] = tuple(CreepMode(**m) for m in p["modes"])
         elif block.effect == "resonance":

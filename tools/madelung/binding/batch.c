@@ -127,6 +127,14 @@ void batch_set_rate(batch *b, mdl_real decay, mdl_real ramp, mdl_real v_scale, m
     switch_on(b, MDL_BLOCK_RATE);
 }
 
+void batch_set_envelope(batch *b, mdl_real per_volt, mdl_real rise_volts, mdl_real rise_skew,
+                        mdl_real fall_volts, mdl_real fall_skew, mdl_real follow)
+{
+    b->params.envelope =
+        (mdl_envelope_params){per_volt, rise_volts, rise_skew, fall_volts, fall_skew, follow};
+    switch_on(b, MDL_BLOCK_ENVELOPE);
+}
+
 void batch_set_bouc(batch *b, mdl_real size_um, mdl_real per_volt, mdl_real power, mdl_real gamma)
 {
     b->params.bouc = (mdl_bouc_params){size_um, per_volt, power, gamma};

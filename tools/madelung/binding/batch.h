@@ -44,6 +44,8 @@ void batch_set_rate(batch *b, mdl_real decay, mdl_real ramp, mdl_real v_scale, m
                     mdl_real v_knee, mdl_real at_knee, mdl_real damping_um, mdl_real widening,
                     mdl_real threshold_volts, uint16_t of_speed, mdl_real relax_decay,
                     mdl_real relax_early, mdl_real relax_pull);
+void batch_set_envelope(batch *b, mdl_real per_volt, mdl_real rise_volts, mdl_real rise_skew,
+                        mdl_real fall_volts, mdl_real fall_skew, mdl_real follow);
 void batch_set_bouc(batch *b, mdl_real size_um, mdl_real per_volt, mdl_real power, mdl_real gamma);
 int32_t batch_set_creep(batch *b, uint16_t count, const mdl_real *decay, const mdl_real *ramp,
                         const mdl_real *gain);

@@ -248,6 +248,24 @@ def _shape_form(
     )
 
 
+def _envelope_form(side: str, s: Scales) -> Form:
+    """A generalised play whose input function differs in one sense of the command."""
+    size, skew = f"{side}_V", f"{side}_skew"
+    return Form(
+        "asymmetry",
+        f"generalised play, {'rising' if side == 'rise' else 'falling'} envelope",
+        (
+            Param(size, 0.0, 0.2 * s.range_V, scale=0.1 * s.range_V),
+            Param(skew, -1.0, 1.0),
+            Param("follow", 0.0, 1.0),
+        ),
+        lambda _: [
+            {size: c * s.range_V, skew: 0.0, "follow": f} for c in (0.003, 0.03) for f in (0.0, 1.0)
+        ],
+        path=lambda path, v: path.but(**{size: v[size], skew: v[skew]}, follow=v["follow"]),
+    )
+
+
 def _hysteresis_forms(s: Scales) -> list[Form]:
     power = Param("power", 0.05, 2.0, null=1.0)
     v_knee = Param("v_knee", 1e-3, 3.0, log=True)
@@ -301,6 +319,7 @@ def _hysteresis_forms(s: Scales) -> list[Form]:
     return [
         _shape_form("asymmetry", "memoryless", memoryless, s),
         _shape_form("asymmetry", "branches", branches, s),
+        *(_envelope_form(side, s) for side in ("rise", "fall")),
         # What is proven asymmetric bends minor loops too; no effect of its own (diagnose.md).
         _shape_form("asymmetry", "memoryless, with minor loops", (*memoryless, *minor), s, True),
         _shape_form("asymmetry", "branches, with minor loops", (*branches, *minor), s, True),
