@@ -216,6 +216,32 @@ def test_what_the_vocabulary_lacks_is_unknown(tmp_path: Path) -> None:
     assert found["next_experiment"]["waveform"] == "multisine"
 
 
+@pytest.mark.parametrize(
+    ("outside", "said"),
+    [("fading_gain", "the sensor's gain moves in time"), ("self_heating", "explained better")],
+)
+def test_a_disturbance_without_a_name_is_not_given_another(
+    outside: str, said: str, tmp_path: Path
+) -> None:
+    """Drift and gain explain most of either; not as much as what acts."""
+    written(tmp_path / "case", outside)
+    found = content(tmp_path / "case")
+    assert found["verdict"]["status"] == "unknown"
+    assert found["verdict"]["effects"] == []
+    assert found["verdict"]["remainder_share"] > 0.05
+    assert any(said in w for w in found["warnings"]), found["warnings"]
+
+
+def test_an_effect_that_is_ruled_out_is_not_named_and_no_other_for_it(tmp_path: Path) -> None:
+    written(tmp_path / "case", "delay")
+    tell(tmp_path / "case", exclude=["delay"])
+    found = content(tmp_path / "case")
+    assert found["verdict"]["status"] == "unknown"
+    assert named(found) == set()
+    assert any("explained better" in w and "delay" in w for w in found["warnings"])
+    assert "delay" not in {e["effect"] for e in found["ranking"]}
+
+
 def test_range_below_zero_and_starts_at_a_bias(tmp_path: Path) -> None:
     stage = replace(STAGE, u_min_V=-20.0, u_max_V=130.0, y_min_um=2.0)
     every = {k: v for k, v in commands(stage).items() if k != "train/decaying"}

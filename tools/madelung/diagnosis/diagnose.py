@@ -263,7 +263,8 @@ def _search(
     ruled_out = [f for f in forms(problem.scales) if f.effect in case.exclude and not f.refines]
     others = [*outside_forms(problem.scales, problem.traces), *ruled_out]
     near = replace(found, best=rough.fits.get(search.best.effects, found.best))
-    return engine, search, rough.outsider(near, others)
+    outsider = rough.outsider(near, others)
+    return engine, engine.proven(search, outsider) if outsider else search, outsider
 
 
 def _on_all(
@@ -368,8 +369,10 @@ def _predictions(problem: Problem, case: Case, baseline: Fit, best: Fit) -> list
     return predict(everything, baseline, best)
 
 
-def _told(fit: Fit) -> str:
-    return ", ".join(f.name if f.effect == OUTSIDE else f.effect for f in fit.forms)
+def _told(outsider: Fit, verdict: Verdict) -> str:
+    proven = {*verdict.effects, *verdict.candidates}
+    others = [f for f in outsider.forms if f.effect not in proven]
+    return ", ".join(f.name if f.effect == OUTSIDE else f.effect for f in others)
 
 
 def _warnings(
@@ -391,8 +394,10 @@ def _warnings(
         said.append(f"no hold-out folder: {', '.join(case.set_aside)} set aside as hold-out")
     if not case.holdout:
         said.append("no hold-out record: how far the gap shrinks cannot be checked")
-    if verdict.status == "unknown" and outsider is not None:
-        said.append(f"better explained than by effects that may be named: {_told(outsider)}")
+    if outsider is not None:
+        said.append(
+            f"not named, but the records are explained better by it: {_told(outsider, verdict)}"
+        )
     if verdict.status == "no_gap":
         said.append("effects below the sizes under `detectable` could not have been seen")
     return said

@@ -65,7 +65,7 @@ def judge(
     gap_excess
         `train_excess` of the baseline.
     outsider
-        What is no effect of the vocabulary and explains the records better (`Engine.outsider`).
+        What explains the records and may not be named (`Engine.outsider`).
     """
     problem, best = engine.problem, search.best
     left = max(train_excess(problem, best), 0.0)
@@ -75,10 +75,9 @@ def judge(
     effects = sorted(best.effects)
     if clean < 1:
         return Verdict("unknown", [], effects, _capped(_odds(1 / clean)), share, [])
-    if outsider is not None:
-        sure = _odds(max(engine.gain(best, outsider), GAIN_MIN) / GAIN_MIN)
-        agreed = sorted(best.effects & outsider.effects)
-        return Verdict("unknown", [], agreed, _capped(sure), min(share, 1.0), [])
+    if outsider is not None and not effects:
+        sure = _odds(max(engine.gain(best, outsider), 0.0) / GAIN_MIN)
+        return Verdict("unknown", [], [], _capped(sure), min(share, 1.0), [])
     if left <= allowed and gap_excess <= allowed:
         share = 0.0
     weights = _posterior(engine, search)

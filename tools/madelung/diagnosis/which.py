@@ -407,6 +407,17 @@ class Engine:
         better = [f for f in found if self._outdoes(f, best)]
         return min(better, key=self.score, default=None)
 
+    def proven(self, search: Search, outsider: Fit) -> Search:
+        """The search's result without the effects in whose place something outside explains more.
+
+        ``outsider`` may come from a part of this problem's rows.
+        """
+        kept = search.null.effects | (search.best.effects & outsider.effects)
+        if kept not in self.fits:
+            forms = tuple(f for f in search.best.forms if f.effect in kept)
+            self._keep(self.problem.fit(forms, search.best.values, search.best.beta))
+        return replace(search, best=self.fits[kept])
+
     def _outdoes(self, other: Fit, best: Fit) -> bool:
         """Whether it comes clearly nearer; or, with fewer models, is not clearly farther off."""
         rows = self.problem.rows
