@@ -6,7 +6,7 @@
 
 static mdl_real slope(const mdl_bouc_params *params, mdl_real z, int rises)
 {
-    mdl_real size = z < MDL_C(0.0) ? -z : z;
+    mdl_real size = mdl_size(z);
     mdl_real against = (z < MDL_C(0.0)) == rises ? MDL_C(-1.0) : MDL_C(1.0);
     return MDL_C(1.0) - mdl_power(size, params->power) * (params->gamma + against);
 }

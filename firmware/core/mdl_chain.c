@@ -13,11 +13,6 @@ static int acts(const mdl_chain *chain, uint16_t block)
 
 #define COUNT(array) ((uint16_t)(sizeof(array) / sizeof(array)[0]))
 
-static mdl_real size_of(mdl_real v)
-{
-    return v < MDL_C(0.0) ? -v : v;
-}
-
 static mdl_status judge(const mdl_real *v, uint16_t count, int are_in_range)
 {
     if (!mdl_all_finite(v, count)) {
@@ -83,8 +78,8 @@ static mdl_status check_envelope(const mdl_envelope_params *p)
                           p->fall_volts, p->fall_skew,  p->follow};
     return judge(v, COUNT(v),
                  p->per_volt > MDL_C(0.0) && p->rise_volts >= MDL_C(0.0) &&
-                     size_of(p->rise_skew) <= MDL_C(1.0) && p->fall_volts >= MDL_C(0.0) &&
-                     size_of(p->fall_skew) <= MDL_C(1.0) && p->follow >= MDL_C(0.0) &&
+                     mdl_size(p->rise_skew) <= MDL_C(1.0) && p->fall_volts >= MDL_C(0.0) &&
+                     mdl_size(p->fall_skew) <= MDL_C(1.0) && p->follow >= MDL_C(0.0) &&
                      p->follow <= MDL_C(1.0));
 }
 
@@ -345,19 +340,23 @@ static mdl_real drive(mdl_chain *chain, mdl_real u)
     return acts(chain, MDL_BLOCK_LAG) ? v + mdl_lag_step(&chain->at.lag, &p->lag, v - before) : v;
 }
 
-/* The trajectory with rate dependence: what each of its forms that act does to x and y. */
-static mdl_status with_rate(mdl_chain *chain, mdl_real x, mdl_real rise, mdl_real *y)
+/*
+ * The trajectory with rate dependence: what each of its forms that act does to x and y. The drive
+ * has moved by drive_rise, of which the envelopes have let x pass by rise.
+ */
+static mdl_status with_rate(mdl_chain *chain, mdl_real x, mdl_real drive_rise, mdl_real rise,
+                            mdl_real *y)
 {
     const mdl_chain_params *p = chain->params;
-    mdl_real s = mdl_rate_law(&chain->at.velocity, &p->rate, rise);
+    mdl_real s = mdl_rate_law(&chain->at.velocity, &p->rate, drive_rise);
     mdl_real held = MDL_C(0.0);
     mdl_real grown = MDL_C(0.0);
     mdl_status status;
     if (p->rate.threshold_volts > MDL_C(0.0) || p->rate.widening > MDL_C(0.0)) {
-        mdl_real g = size_of(s);
+        mdl_real g = mdl_size(s);
         mdl_real width;
         if (p->rate.of_speed) {
-            g = mdl_rate_law(&chain->at.speed, &p->rate, size_of(rise));
+            g = mdl_rate_law(&chain->at.speed, &p->rate, mdl_size(drive_rise));
         }
         width = MDL_C(2.0) * p->rate.threshold_volts * g;
         held = x - mdl_backlash_step(width, chain->at.gripped_volts, x);
@@ -385,6 +384,7 @@ static mdl_status hysteresis(mdl_chain *chain, mdl_real v, mdl_real *y)
     mdl_real x = v - p->u_min_volts;
     mdl_real rise = v - chain->at.drive_volts;
     mdl_real follows_um = MDL_C(0.0);
+    mdl_real before = chain->at.enveloped_volts;
     mdl_real w;
     mdl_status status;
     chain->at.drive_volts = v;
@@ -392,7 +392,7 @@ static mdl_status hysteresis(mdl_chain *chain, mdl_real v, mdl_real *y)
         return mdl_yang_step(&chain->at.yang, p->yang, v, y);
     }
     w = enveloped(chain, x, &follows_um);
-    status = acts(chain, MDL_BLOCK_RATE) ? with_rate(chain, w, rise, y)
+    status = acts(chain, MDL_BLOCK_RATE) ? with_rate(chain, w, rise, w - before, y)
                                          : mdl_traj_step(&chain->traj, w, y);
     *y += follows_um + bouc(chain, x);
     return status;

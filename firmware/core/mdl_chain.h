@@ -4,7 +4,8 @@
  *        call.
  *
  * u -> saturation -> slew limit -> amplifier lag -> envelopes -> trajectory (+ asymmetry,
- * non-Masing, Bouc-Wen, rate dependence) -> creep -> flexure modes -> backlash -> delay -> gain, offset -> y
+ * non-Masing, Bouc-Wen, rate dependence) -> creep -> flexure modes -> backlash -> delay -> gain,
+ * offset -> y
  *
  * In the trajectory's place the model of Yang et al. may stand, which has its own rate dependence.
  *
@@ -41,7 +42,7 @@
 #define MDL_BLOCK_GAIN 256u
 #define MDL_BLOCK_BOUC 1024u     /**< beside the trajectory */
 #define MDL_BLOCK_ENVELOPE 2048u /**< in front of the trajectory */
-#define MDL_BLOCK_YANG 512u  /**< in the trajectory's and the rate dependence's place */
+#define MDL_BLOCK_YANG 512u      /**< in the trajectory's and the rate dependence's place */
 
 /** One mode of the creep ladder: gain * 1 / (1 + tau s). */
 typedef struct {
@@ -83,7 +84,7 @@ typedef struct {
     mdl_lag velocity;
     mdl_lag speed;
     mdl_real enveloped_volts; /**< behind the envelopes, less u_min */
-    mdl_real gripped_volts; /**< behind the play of the rate block, less u_min */
+    mdl_real gripped_volts;   /**< behind the play of the rate block, less u_min */
     mdl_plays plays;
     mdl_bouc bouc;
     mdl_yang yang;

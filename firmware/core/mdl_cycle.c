@@ -36,7 +36,7 @@ static void turn(mdl_cycle *cycle, mdl_real v)
     mdl_real swing = cycle->extreme_volts - cycle->turn_volts;
     cycle->period = half + (cycle->half > MDL_C(0.0) ? cycle->half : half);
     cycle->half = half;
-    cycle->amplitude_volts = MDL_C(0.5) * (swing < MDL_C(0.0) ? -swing : swing);
+    cycle->amplitude_volts = MDL_C(0.5) * mdl_size(swing);
     cycle->turn_volts = cycle->extreme_volts;
     cycle->since_turn -= at;
     cycle->direction = -cycle->direction;

@@ -65,7 +65,7 @@ mdl_real mdl_plays_step(mdl_plays *plays, const mdl_plays_params *params, mdl_re
 /* The part of a sample by which viscous operators follow the input earlier. */
 static mdl_real early(const mdl_relax_params *relax, mdl_real rise_volts)
 {
-    mdl_real d = rise_volts < MDL_C(0.0) ? -rise_volts : rise_volts;
+    mdl_real d = mdl_size(rise_volts);
     mdl_real o2, o;
     if (!(relax->pull > MDL_C(0.0)) || d == MDL_C(0.0)) {
         return relax->early;
@@ -86,7 +86,7 @@ mdl_real mdl_plays_relax(mdl_plays *plays, const mdl_plays_params *params, mdl_r
         mdl_real still = play(plays->still_volts[i], x_volts, half);
         mdl_real wanted = play(plays->grown_volts[i], at, half);
         mdl_real over = plays->grown_volts[i] - wanted;
-        mdl_real size = over < MDL_C(0.0) ? -over : over;
+        mdl_real size = mdl_size(over);
         mdl_real grown = wanted + over * relax->decay / (MDL_C(1.0) + relax->pull * size);
         plays->still_volts[i] = still;
         plays->grown_volts[i] = grown;

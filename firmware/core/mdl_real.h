@@ -36,6 +36,12 @@ typedef union {
     mdl_key bits;
 } mdl_real_bits;
 
+/** |v|. */
+static inline mdl_real mdl_size(mdl_real v)
+{
+    return v < MDL_C(0.0) ? -v : v;
+}
+
 /** The bits of v as a signed integer. */
 static inline mdl_key mdl_bits(mdl_real v)
 {

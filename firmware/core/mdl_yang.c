@@ -91,7 +91,7 @@ static void tune(mdl_yang *yang, const mdl_yang_params *p)
 static mdl_real displacement(mdl_yang *yang, const mdl_yang_params *p, mdl_real u)
 {
     mdl_real v = mdl_lag_step(&yang->velocity, &p->filter, u - yang->last_volts) * p->v_scale;
-    mdl_real y = mdl_pi_step(&yang->pi, &p->pi, u, p->widen_s * (v < MDL_C(0.0) ? -v : v));
+    mdl_real y = mdl_pi_step(&yang->pi, &p->pi, u, p->widen_s * mdl_size(v));
     yang->last_volts = u;
     y += yang->k_above_1 * (y - p->center_um);
     return y + yang->c_um * mdl_rate_signed_power(v * yang->per_q, yang->m);

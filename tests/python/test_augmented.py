@@ -49,12 +49,22 @@ FULL = PATH.but(**{k: v for fields in FIELDS.values() for k, v in fields.items()
     v_knee=0.07,
     velocity_tau_s=2e-4,
     of_speed=1.0,
+    rise_V=1.23,
+    rise_skew=0.45,
+    fall_V=0.67,
+    fall_skew=-0.89,
+    follow=0.12,
     bouc_um=0.021,
     bouc_V=23.0,
     bouc_power=1.5,
     bouc_gamma=0.2,
 )
 VISCOUS = ({"relax_s": 1.23e-3}, {"relax_per_V_s": 321.0})
+ENVELOPES = (
+    {"rise_V": 1.23, "rise_skew": -0.45, "follow": 0.6},
+    {"fall_V": 0.67, "fall_skew": 1.0},
+    {"rise_V": 1.23, "fall_V": 0.67},
+)
 SKEW = Block("clock_skew", "clock skew", {"skew_ppm": 120.0})
 STEP_S = 1e-4
 
@@ -77,6 +87,20 @@ def test_viscous_operators_are_a_rate_dependence_and_come_back(law: dict[str, fl
         "v_ref_V_per_s": 1.0,
     }
     assert path_of(augmented_model(path, 140.0)) == path
+
+
+@pytest.mark.parametrize("envelopes", ENVELOPES)
+def test_envelopes_are_an_asymmetry_and_come_back(
+    envelopes: dict[str, float], tmp_path: Path
+) -> None:
+    """Alone, and beside terms of the shape."""
+    path = PATH.but(**envelopes)
+    (block,) = path_to_blocks(path)
+    assert block.effect == "asymmetry"
+    assert {k: v for k, v in block.parameters.items() if v} == envelopes
+    for one in (path, path.but(**FIELDS["asymmetry"])):
+        augmented_model(one, 140.0).save(tmp_path / "model.json")
+        assert path_of(load_model(tmp_path / "model.json")) == one
 
 
 def test_all_effects_come_back_from_a_file(tmp_path: Path) -> None:
@@ -109,6 +133,7 @@ def test_what_does_nothing_is_no_block() -> None:
     idle = PATH.but(knee_V=1.0, power=0.5, v_ref_V_per_s=3.0, substeps_min=4)
     idle = idle.but(knee_power=2.0, v_knee=0.1, slew_fall_V_per_s=500.0, spring_share=0.3)
     idle = idle.but(velocity_tau_s=1e-3, of_speed=1.0)
+    idle = idle.but(rise_skew=0.5, fall_skew=-0.5, follow=1.0)
     assert path_to_blocks(idle) == ()
     assert discretise(PATH, STEP_S) == discretise(path_of(augmented_model(PATH, 140.0)), STEP_S)
 
@@ -117,6 +142,9 @@ def test_parameters_that_are_not_given_have_their_defaults() -> None:
     data = BASE | {"blocks": [block("saturation", high_V=90), block("resonance", modes=[MODE])]}
     path = path_of(model_from_json(data))
     assert path == PATH.but(high_V=90.0, modes=(Mode(300.0, 0.02, 1.0),))
+    path = path_of(model_from_json(BASE | {"blocks": [block("asymmetry", fall_V=3)]}))
+    assert path == PATH.but(fall_V=3.0)
+    assert discretise(path, STEP_S).envelope == (1 / 160.0, 0.0, 0.0, 3.0, 0.0, 0.0)
 
 
 def test_a_slew_limit_of_one_rate_is_the_same_for_falling_commands() -> None:
@@ -157,6 +185,12 @@ def block(effect: str, **parameters: object) -> dict[str, Any]:
         ([block("slew_limit", slew_V_per_s=9, slew_fall_V_per_s=-1)], "= -1 must be 0"),
         ([block("amplifier_lag", corner_hz="50")], "corner_hz must hold finite numbers"),
         ([block("asymmetry", g21_um=1)], "asymmetry has no parameter 'g21_um'"),
+        ([block("asymmetry", rise_V=-1)], "rise_V = -1 must be 0"),
+        ([block("asymmetry", rise_V=1, rise_skew=1.1)], "rise_skew = 1.1 must be -1 to 1"),
+        ([block("asymmetry", fall_V=float("nan"))], "fall_V must hold finite numbers"),
+        ([block("asymmetry", fall_V=1, fall_skew=-1.1)], "fall_skew = -1.1 must be -1 to 1"),
+        ([block("asymmetry", fall_V=1, follow=2)], "follow = 2 must be 0 to 1"),
+        ([block("non_masing", rise_V=1)], "non_masing has no parameter 'rise_V'"),
         ([block("rate_dependence", damping_um=1)], "v_ref_V_per_s must hold finite"),
         ([block("rate_dependence", v_ref_V_per_s=1, power=5)], "power = 5 must be"),
         ([block("rate_dependence", v_ref_V_per_s=1, widening=-1)], "widening = -1 must be 0"),

@@ -68,6 +68,7 @@ BLOCKS = {
     "mode": PATH.but(modes=(Mode(300.0, 0.01),)),
     "two modes": PATH.but(modes=(Mode(300.0, 0.01, 0.9), Mode(3.0, 0.001, 0.1))),
     "Bouc and Wen": PATH.but(bouc_um=-0.4, bouc_V=20.0, bouc_power=1.7, bouc_gamma=0.2),
+    "envelopes": PATH.but(rise_V=8.0, rise_skew=0.3, fall_V=3.0, fall_skew=-0.6, follow=0.4),
     "backlash": PATH.but(dead_band_um=0.05),
     "backlash with a spring": PATH.but(dead_band_um=0.05, spring_share=0.2),
     "delay": PATH.but(delay_s=3.4e-4),
@@ -631,6 +632,70 @@ def test_the_part_by_bouc_and_wen_solves_its_equation() -> None:
     found = run(BLOCKS["Bouc and Wen"], u) - run(PATH, u)
     expected = -0.4 * (np.array(z[3:]) - z[2])
     np.testing.assert_allclose(found[39::40], expected, rtol=0, atol=0.4 * 1e-3)
+
+
+def plays_between_envelopes(path: SignalPath, u: Array, history: tuple[float, ...] = ()) -> Array:
+    """A bank of generalised plays with the weights of f0, from rest at 0 V.
+
+    A play of threshold r follows a rise along x - rise(x) - r and a fall along x + fall(x). Its
+    weight is f0''(r) dr; that of the one without a threshold is f0'(0).
+    """
+    dr = RANGE_V / 1000
+    r = (np.arange(1000) + 0.5) * dr
+    weights = dr * polynomial.polyval(r, polynomial.polyder(path.f0, 2))
+    r, weights = np.append(0.0, r), np.append(path.f0[1], weights)
+
+    def lag(x: float, volts: float, skew: float) -> float:
+        z = x / RANGE_V
+        return volts * 4 * z * (1 - z) * (1 + skew * (2 * z - 1))
+
+    at, found = np.zeros(r.size), np.zeros(len(history) + u.size)
+    for i, x in enumerate([*history, *u]):
+        low = x - lag(x, path.rise_V, path.rise_skew) - r
+        at = np.maximum(low, np.minimum(x + lag(x, path.fall_V, path.fall_skew), at))
+        first = path.f0[1] * path.follow * (x - at[0])  # a share of it that does not lag
+        found[i] = path.f0[0] + weights @ at + first
+    return found[len(history) :]
+
+
+@pytest.mark.parametrize("follow", [0.0, 0.4, 1.0])
+@pytest.mark.parametrize(
+    "sizes",
+    [
+        {"rise_V": 8.0, "rise_skew": 0.3, "fall_V": 3.0, "fall_skew": -0.6},
+        {"rise_V": 6.0, "rise_skew": -1.0},
+        {"fall_V": 9.0, "fall_skew": 0.9},
+    ],
+)
+def test_envelopes_in_front_make_a_bank_of_generalised_plays(
+    sizes: dict[str, float], follow: float
+) -> None:
+    """Plays behind one that has the envelopes are plays with these envelopes, r further apart."""
+    u = np.append(command()[1], np.linspace(3.0, 100.0, 300))
+    path = PATH.but(**sizes, follow=follow)
+    expected = plays_between_envelopes(path, u)
+    assert np.abs(expected - run(PATH, u)).max() > 0.05
+    np.testing.assert_allclose(run(path, u), expected, rtol=0, atol=2e-6)
+
+
+def test_envelopes_act_on_the_history_too() -> None:
+    u = command()[1] + 5.0
+    path, history = BLOCKS["envelopes"], (95.0, 2.0, 60.0)
+    found = Runner(0.0, RANGE_V).run(path, u, STEP_S, history)
+    expected = plays_between_envelopes(path, u, history)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=2e-6)
+    assert np.abs(found - run(path, u)).max() > 0.02
+
+
+def test_equal_envelopes_keep_the_central_symmetry_and_others_do_not() -> None:
+    """Of the major loop: half a turn about its middle."""
+    up = np.linspace(0.0, 100.0, 401)
+    even = PATH.but(rise_V=5.0, rise_skew=0.4, fall_V=5.0, fall_skew=-0.4)
+    for path, is_symmetric in ((even, True), (even.but(fall_skew=0.4), False)):
+        y = run(path, np.append(up, up[::-1]))
+        rise, fall = y[:401], y[401:]
+        off = np.abs(rise + fall - (y[0] + y[400])).max()
+        assert off < 1e-12 if is_symmetric else off > 0.05
 
 
 def test_history_leaves_its_turning_points() -> None:

@@ -23,7 +23,7 @@ from madelung.diagnosis.noise import Noise, estimate_noise, proven_fall
 from madelung.diagnosis.verdict import Verdict, judge
 from madelung.diagnosis.where import Region
 from madelung.diagnosis.which import Engine, Search, _peaks, _steady
-from madelung.path import Runner, SignalPath
+from madelung.path import Mode, Runner, SignalPath
 from madelung.records import make_record
 
 Floats = NDArray[np.float64]
@@ -247,6 +247,10 @@ TRUTH = {
     "slew_limit": (PATH.but(slew_V_per_s=600.0), {"slew_V_per_s": 600.0}),
     "amplifier_lag": (PATH.but(corner_hz=60.0), {"corner_hz": 60.0}),
     "backlash": (PATH.but(dead_band_um=0.08), {"dead_band_um": 0.08}),
+    "asymmetry": (
+        PATH.but(rise_V=1.6, rise_skew=0.4, follow=0.3),
+        {"rise_V": 1.6, "rise_skew": 0.4, "follow": 0.3},
+    ),
     "non_masing": (
         PATH.but(bouc_um=-0.6, bouc_V=9.0, bouc_power=1.4, bouc_gamma=0.2),
         {"bouc_um": -0.6, "bouc_V": 9.0},
@@ -521,3 +525,27 @@ def test_a_line_at_half_a_records_rate_is_fitted_and_counts_as_steady() -> None:
     assert np.hypot(fit.values["cos0:fast"], fit.values["sin0:fast"]) == pytest.approx(0.1, rel=0.1)
     assert abs(fit.values["sin0:biased"]) < 0.1
     assert _steady(seen, fit)
+
+
+def test_two_causes_of_which_neither_shows_alone_are_found_together() -> None:
+    """A mode that rings only where the slew limit lets it explains nothing without it."""
+    path = PATH.but(slew_V_per_s=12e3, modes=(Mode(365.0, 0.019),))
+
+    def one(name: str, u: Floats, step_s: float, seed: int, role: str = "train") -> Trace:
+        y = Runner(0.0, 40.0).run(path, u, step_s)
+        return trace(name, u, y + 0.003 * RNG(seed).standard_normal(u.size), step_s, role)
+
+    given = [
+        one("identify", SLOW, 0.005, 1, "identify"),
+        *(
+            one(name, np.repeat(RNG(seed).uniform(2.0, 38.0, 8), 350), 2e-4, seed)
+            for name, seed in (("steps", 5), ("more", 6))
+        ),
+    ]
+    rate = max(float(np.abs(np.diff(t.u_V)).max()) / t.step_s for t in given)
+    scales = replace(SCALES, rate_max_V_per_s=rate, step_min_s=2e-4)
+    posed = Problem(given, Noise(0.003, 0.0, 1.0, 1000, known=True), scales, 3)
+    found = Engine(posed, forms(scales), 1, lambda _: None).search(posed.fit((), {}, BETA))
+    assert found.best.effects == {"slew_limit", "resonance"}
+    assert found.best.values["fn1_hz"] == pytest.approx(365.0, rel=0.001)
+    assert found.best.values["slew_V_per_s"] == pytest.approx(12e3, rel=0.001)

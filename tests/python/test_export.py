@@ -48,6 +48,13 @@ BLOCKS = {
     "slew limit": {"slew_V_per_s": 12345.0},
     "unequal slew limit": {"slew_V_per_s": 12345.0, "slew_fall_V_per_s": 9876.0},
     "lag": {"corner_hz": 543.2},
+    "envelopes": {
+        "rise_V": 7.7,
+        "rise_skew": 0.3,
+        "fall_V": 3.3,
+        "fall_skew": -0.6,
+        "follow": 0.4,
+    },
     "damping": {"damping_um": -0.05, "velocity_tau_s": 3e-4, "power": 0.7, "v_ref_V_per_s": 1e5},
     "widening": {"widening": 0.5, "power": 1.3, "v_ref_V_per_s": 1e5},
     "thresholds": {"threshold_V": 1.7, "power": 0.4, "v_ref_V_per_s": 1e5},

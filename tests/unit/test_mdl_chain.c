@@ -13,6 +13,7 @@
 #include "mdl_cycle.h"
 #include "mdl_delay.h"
 #include "mdl_drive.h"
+#include "mdl_envelope.h"
 #include "mdl_lag.h"
 #include "mdl_major.h"
 #include "mdl_mode.h"
@@ -54,7 +55,7 @@ static void use_everything(void)
                                   {MDL_C(-0.5), MDL_C(0.25)},
                                   MDL_C(1.0)};
     uint16_t i;
-    use(c, 2, 0x1FFu | MDL_BLOCK_BOUC);
+    use(c, 2, 0x1FFu | MDL_BLOCK_BOUC | MDL_BLOCK_ENVELOPE);
     params.substeps = 3;
     params.saturation.low_volts = MDL_C(-2.0);
     params.saturation.high_volts = MDL_C(5.0);
@@ -71,6 +72,12 @@ static void use_everything(void)
     params.rate.widening = MDL_C(0.5);
     params.rate.threshold_volts = MDL_C(0.25);
     params.rate.of_speed = 1;
+    params.envelope.per_volt = MDL_C(0.125);
+    params.envelope.rise_volts = MDL_C(0.5);
+    params.envelope.rise_skew = MDL_C(0.25);
+    params.envelope.fall_volts = MDL_C(0.25);
+    params.envelope.fall_skew = MDL_C(-0.5);
+    params.envelope.follow = MDL_C(0.5);
     params.bouc.size_um = MDL_C(-0.5);
     params.bouc.per_volt = MDL_C(0.25);
     params.bouc.power = MDL_C(1.0);
@@ -199,6 +206,12 @@ void test_init_refuses_what_no_block_can_run_with(void)
                          &params.rate.relax.decay,
                          &params.rate.relax.early,
                          &params.rate.relax.pull,
+                         &params.envelope.per_volt,
+                         &params.envelope.rise_volts,
+                         &params.envelope.rise_skew,
+                         &params.envelope.fall_volts,
+                         &params.envelope.fall_skew,
+                         &params.envelope.follow,
                          &params.bouc.size_um,
                          &params.bouc.per_volt,
                          &params.bouc.power,
@@ -221,6 +234,16 @@ void test_init_refuses_what_no_block_can_run_with(void)
                {&params.saturation.knee_power, MDL_C(-1.0)},
                {&params.saturation.knee_power, MDL_C(0.5)},
                {&params.saturation.knee_power, MDL_C(32.5)},
+               {&params.envelope.per_volt, MDL_C(0.0)},
+               {&params.envelope.per_volt, MDL_C(-0.125)},
+               {&params.envelope.rise_volts, MDL_C(-0.5)},
+               {&params.envelope.rise_skew, MDL_C(-1.5)},
+               {&params.envelope.rise_skew, MDL_C(1.5)},
+               {&params.envelope.fall_volts, MDL_C(-0.5)},
+               {&params.envelope.fall_skew, MDL_C(-1.5)},
+               {&params.envelope.fall_skew, MDL_C(1.5)},
+               {&params.envelope.follow, MDL_C(-0.5)},
+               {&params.envelope.follow, MDL_C(1.5)},
                {&params.bouc.per_volt, MDL_C(-0.5)},
                {&params.bouc.power, MDL_C(0.5)},
                {&params.bouc.power, MDL_C(4.5)},
@@ -339,6 +362,7 @@ void test_parameters_of_a_block_that_is_off_are_not_used(void)
     params.slew.fall_volts = mdl_test_not_finite(0);
     params.rate.at_knee = mdl_test_not_finite(0);
     params.rate.widening = mdl_test_not_finite(0);
+    params.envelope.rise_volts = mdl_test_not_finite(0);
     params.spring_share = mdl_test_not_finite(0);
     start();
     STEP(2.0, 1.5 * 16.0 + 0.5, MDL_OK);
@@ -801,6 +825,203 @@ void test_the_part_by_bouc_and_wen_is_added(void)
     TEST_ASSERT_DOUBLE_WITHIN(5e-3, 1.0, (double)again);
 }
 
+/* On x = 0 to 8: in the middle 1 V behind a rise, half a volt behind a fall. */
+static void use_envelopes(const mdl_real *c, uint16_t degree, uint16_t more)
+{
+    use(c, degree, (uint16_t)(MDL_BLOCK_ENVELOPE | more));
+    params.envelope.per_volt = MDL_C(0.125);
+    params.envelope.rise_volts = MDL_C(1.0);
+    params.envelope.fall_volts = MDL_C(0.5);
+}
+
+void test_envelopes_act_in_front_of_the_trajectory(void)
+{
+    use_envelopes(square, 2, 0);
+    start();
+    STEP(-2.0, 0.0, MDL_OK);
+    STEP(2.0, 9.0, MDL_OK);                  /* 3^2 at x = 4 */
+    STEP(6.0, 64.0, MDL_OK);                 /* both end where the range does */
+    STEP(2.0, 64.0 - 3.5 * 3.5, MDL_OK);     /* 4.5 at x = 4, down from 8 */
+    STEP(2.5, 64.0 - 3.5 * 3.5, MDL_OK);     /* between the envelopes */
+    STEP(0.0, 64.0 - 5.625 * 5.625, MDL_OK); /* 2 + 3/8 at x = 2 */
+    STEP(7.0, 81.0, MDL_EXTRAPOLATED);       /* beyond the range the command passes */
+    STEP(2.0, 81.0 - 4.5 * 4.5, MDL_OK);     /* 4.5, down from 9 */
+}
+
+void test_the_first_sample_comes_up_the_rising_envelope(void)
+{
+    use_envelopes(square, 2, 0);
+    start();
+    STEP(2.0, 9.0, MDL_OK);
+    STEP(2.0, 9.0, MDL_OK);
+    STEP(1.5, 9.0, MDL_OK); /* between the envelopes */
+}
+
+void test_a_reset_takes_the_envelopes_to_rest(void)
+{
+    use_envelopes(square, 2, 0);
+    start();
+    STEP(6.0, 64.0, MDL_OK);
+    STEP(2.0, 51.75, MDL_OK);
+    mdl_chain_reset(&chain);
+    STEP(2.0, 9.0, MDL_OK);
+}
+
+void test_the_envelopes_act_on_the_history(void)
+{
+    use_envelopes(square, 2, 0);
+    start();
+    ASSERT_STATUS(MDL_OK, mdl_chain_lead(&chain, MDL_C(6.0)));
+    ASSERT_STATUS(MDL_OK, mdl_chain_lead(&chain, MDL_C(2.0)));
+    ASSERT_STATUS(MDL_OK, mdl_chain_lead(&chain, MDL_C(3.0))); /* between the envelopes */
+    STEP(2.5, 51.75, MDL_OK);                                  /* 64 - 3.5^2 */
+    STEP(0.0, 64.0 - 5.625 * 5.625, MDL_OK);
+}
+
+void test_one_sample_in_substeps_comes_to_the_same_behind_envelopes(void)
+{
+    use_envelopes(square, 2, 0);
+    params.substeps = 8;
+    start();
+    STEP(-2.0, 0.0, MDL_OK);
+    STEP(2.0, 9.0, MDL_OK);
+    STEP(6.0, 64.0, MDL_OK);
+    STEP(2.0, 51.75, MDL_OK);
+}
+
+void test_the_operator_without_a_threshold_may_follow_all_the_same(void)
+{
+    /* Its weight is 2 um / V of f0 = (1 + x)^2; on a line it is all there is. */
+    const mdl_real c[] = {MDL_C(1.0), MDL_C(2.0), MDL_C(1.0)};
+    use_envelopes(c, 2, 0);
+    params.envelope.follow = MDL_C(1.0);
+    start();
+    STEP(2.0, 16.0 + 2.0, MDL_OK); /* 3, and the volt that it lags behind */
+    params.envelope.follow = MDL_C(0.25);
+    start();
+    STEP(2.0, 16.0 + 0.5, MDL_OK);
+    STEP(6.0, 81.0, MDL_OK);
+    STEP(2.0, 81.0 - (4.5 * 4.5 - 1.0) - 0.25, MDL_OK); /* half a volt ahead of a fall */
+    use_envelopes(c, 1, 0);
+    params.envelope.follow = MDL_C(1.0);
+    start();
+    STEP(2.0, 9.0, MDL_OK);
+    STEP(1.5, 8.0, MDL_OK);
+    STEP(0.5, 6.0, MDL_OK);
+    STEP(-2.0, 1.0, MDL_OK);
+}
+
+void test_the_operator_without_a_threshold_follows_on_the_history_too(void)
+{
+    const mdl_real c[] = {MDL_C(1.0), MDL_C(1.0)};
+    use_envelopes(c, 1, 0);
+    params.envelope.follow = MDL_C(0.5);
+    start();
+    ASSERT_STATUS(MDL_OK, mdl_chain_lead(&chain, MDL_C(6.0)));
+    STEP(2.0, 5.0 + 0.25, MDL_OK); /* 4.5 at x = 4 */
+    STEP(2.25, 5.0 + 0.375, MDL_OK);
+}
+
+void test_envelopes_take_parameters_at_their_limits(void)
+{
+    uint16_t i;
+    for (i = 0; i < 2u; i++) {
+        mdl_real end = i == 0 ? MDL_C(-1.0) : MDL_C(1.0);
+        use_envelopes(square, 2, 0);
+        params.envelope.rise_skew = end;
+        params.envelope.fall_skew = -end;
+        params.envelope.follow = (mdl_real)i;
+        start();
+        params.envelope.rise_volts = MDL_C(0.0);
+        params.envelope.fall_volts = MDL_C(0.0);
+        start();
+        STEP(2.0, 16.0, MDL_OK);
+    }
+}
+
+void test_behind_a_saturation_the_envelopes_rest_where_they_have_been_led(void)
+{
+    /*
+     * The drive is x = 1 to 5. Up to 5 the operators get 5 - 15/16, and down to 1 they get 1 +
+     * 7/32: there the envelopes do not end.
+     */
+    const double top = 4.0625 * 4.0625;
+    const double rest = top - 2.84375 * 2.84375;
+    use_clipped_square();
+    params.blocks |= MDL_BLOCK_ENVELOPE;
+    params.envelope.per_volt = MDL_C(0.125);
+    params.envelope.rise_volts = MDL_C(1.0);
+    params.envelope.fall_volts = MDL_C(0.5);
+    start();
+    STEP(-2.0, rest, MDL_OK);
+    STEP(-0.25, rest, MDL_OK);                   /* between the envelopes */
+    STEP(0.0, rest + 0.03125 * 0.03125, MDL_OK); /* 1.25 at x = 2 */
+    STEP(6.0, top, MDL_OK);
+    STEP(1.0, top - 0.59375 * 0.59375, MDL_OK); /* 3 + 15/32 at x = 3 */
+    STEP(-2.0, rest, MDL_OK);                   /* every swing ends where the first one did */
+    mdl_chain_reset(&chain);
+    STEP(-2.0, rest, MDL_OK);
+}
+
+void test_raised_thresholds_grip_behind_the_envelopes(void)
+{
+    use_envelopes(square, 2, MDL_BLOCK_RATE);
+    use_rise_as_velocity(MDL_C(1.0));
+    params.rate.threshold_volts = MDL_C(0.25);
+    start();
+    STEP(-2.0, 0.0, MDL_OK);
+    STEP(2.0, 4.0, MDL_OK); /* a rise of 4: one volt held of 3 */
+    STEP(2.0, 9.0, MDL_OK); /* at rest the play has no width */
+}
+
+void test_behind_a_history_raised_thresholds_rest_where_the_envelopes_are(void)
+{
+    use_envelopes(square, 2, MDL_BLOCK_RATE);
+    use_rise_as_velocity(MDL_C(1.0));
+    params.rate.threshold_volts = MDL_C(0.25);
+    start();
+    ASSERT_STATUS(MDL_OK, mdl_chain_lead(&chain, MDL_C(6.0)));
+    STEP(2.0, 51.75, MDL_OK); /* 4.5 at x = 4: 64 - 3.5^2 */
+    STEP(2.5, 51.75, MDL_OK); /* there still, also for a play of 1/8 V */
+}
+
+void test_damping_takes_the_rate_of_the_command_between_the_envelopes(void)
+{
+    use_envelopes(square, 2, MDL_BLOCK_RATE);
+    use_rise_as_velocity(MDL_C(1.0));
+    params.rate.damping_um = MDL_C(0.5);
+    start();
+    STEP(2.0, 9.0, MDL_OK);
+    STEP(1.5, 9.0 - 0.25, MDL_OK); /* nothing moves, but for the damping of a fall of 1/2 */
+}
+
+void test_the_part_by_bouc_and_wen_takes_the_command_beside_the_envelopes(void)
+{
+    const mdl_real c[] = {MDL_C(1.0), MDL_C(1.0)};
+    const mdl_real behind[] = {MDL_C(-1.0), MDL_C(-0.5), MDL_C(0.375)}; /* w - x */
+    const mdl_real u[] = {MDL_C(2.0), MDL_C(1.5), MDL_C(0.0)};
+    mdl_real alone[3];
+    uint16_t both, i;
+    for (both = 0; both < 2u; both++) {
+        use_envelopes(c, 1, MDL_BLOCK_BOUC);
+        params.bouc.size_um = MDL_C(-2.0);
+        params.bouc.per_volt = MDL_C(0.25);
+        params.bouc.power = MDL_C(1.0);
+        params.envelope.rise_volts *= (mdl_real)both;
+        params.envelope.fall_volts *= (mdl_real)both;
+        start();
+        for (i = 0; i < 3u; i++) {
+            mdl_real y;
+            ASSERT_STATUS(MDL_OK, mdl_chain_step(&chain, u[i], &y));
+            if (both == 0) {
+                alone[i] = y;
+            } else {
+                ASSERT_NEAR(alone[i] + behind[i], y, 8.0);
+            }
+        }
+    }
+}
+
 void test_creep_follows_with_its_share(void)
 {
     /* Two modes of 1/4 and 1/8 of the displacement above f0(0). */
@@ -913,6 +1134,8 @@ static void first_sample_finds_everything_in_equilibrium(void)
     mdl_real first, y;
     uint16_t i;
     params.saturation.knee_volts = MDL_C(0.0);
+    params.envelope.rise_volts = MDL_C(0.0);
+    params.envelope.fall_volts = MDL_C(0.0);
     params.bouc.size_um = MDL_C(0.0);
     start();
     ASSERT_STATUS(MDL_OK, mdl_chain_step(&chain, MDL_C(2.0), &first));
@@ -1006,6 +1229,20 @@ void test_two_halves_equal_one_whole(void)
 {
     use_everything();
     two_halves_equal_one_whole(1);
+}
+
+void test_where_the_envelopes_are_is_saved(void)
+{
+    uint32_t length;
+    use_envelopes(square, 2, 0);
+    start();
+    STEP(6.0, 64.0, MDL_OK);
+    STEP(2.0, 51.75, MDL_OK);
+    length = mdl_chain_saved_length(&chain);
+    ASSERT_STATUS(MDL_OK, mdl_chain_save(&chain, saved, SAVED_MAX));
+    mdl_chain_reset(&chain);
+    ASSERT_STATUS(MDL_OK, mdl_chain_resume(&chain, saved, length));
+    STEP(2.5, 51.75, MDL_OK); /* still between the envelopes, on the curve down from 64 */
 }
 
 void test_two_halves_equal_one_whole_with_viscous_operators(void)
@@ -1166,4 +1403,20 @@ void test_bad_parameters_of_the_model_of_yang_are_refused(void)
     ASSERT_STATUS(MDL_ERR_PARAMETER, mdl_chain_init(&chain, &params, &left, &right));
     params.blocks = 0;
     ASSERT_STATUS(MDL_OK, mdl_chain_init(&chain, &params, &left, &right));
+}
+
+void test_viscous_operators_follow_what_the_envelopes_leave(void)
+{
+    uint16_t by_square;
+    for (by_square = 0; by_square < 2u; by_square++) {
+        use_relaxing(by_square);
+        params.blocks |= MDL_BLOCK_ENVELOPE;
+        params.envelope.per_volt = MDL_C(0.125);
+        params.envelope.rise_volts = MDL_C(1.0);
+        params.envelope.fall_volts = MDL_C(0.5);
+        start();
+        STEP(-2.0, 0.0, MDL_OK);
+        STEP(2.0, MDL_C(9.0) - lagged(MDL_C(3.0), MDL_C(3.0)), MDL_OK);
+        STEP(1.5, MDL_C(9.0) - lagged(MDL_C(3.0), MDL_C(0.0)), MDL_OK); /* between the envelopes */
+    }
 }

@@ -10,6 +10,7 @@
 #include "mdl_cycle.h"
 #include "mdl_delay.h"
 #include "mdl_drive.h"
+#include "mdl_envelope.h"
 #include "mdl_lag.h"
 #include "mdl_major.h"
 #include "mdl_mode.h"

@@ -31,6 +31,10 @@ RIVAL_GAIN = 12.0
 RIVAL_EXCESS = 1.3
 """... its excess over the noise is larger by this factor."""
 REMAINDER_MAX = 0.05
+REMAINDER_MANY = 0.01
+"""Share of the gap that may stay unexplained; beside more than `MANY` effects, whose sum may as
+well be a curve through something else."""
+MANY = 2
 CONFIDENCE_MAX = 0.99
 LINE_PERIODS = 3
 """Periods of a disturbance that a record must hold at least."""
@@ -71,7 +75,9 @@ def judge(
     left = max(train_excess(problem, best), 0.0)
     allowed = _allowed([t for t in problem.traces if t.role == "train"], problem)
     share = left / max(gap_excess, 1.0)
-    clean = max(allowed / max(left, 1.0), REMAINDER_MAX / max(share, 1e-9))
+    named = best.effects - search.null.effects
+    most = REMAINDER_MAX if len(named) <= MANY else REMAINDER_MANY
+    clean = max(allowed / max(left, 1.0), most / max(share, 1e-9))
     effects = sorted(best.effects)
     if clean < 1:
         return Verdict("unknown", [], effects, _capped(_odds(1 / clean)), share, [])
@@ -85,11 +91,11 @@ def judge(
         sure = weights[best.effects] * _odds(allowed / max(left, 1.0))
         return Verdict("no_gap", [], [], _capped(sure), min(share, 1.0), [])
     rivals = _rivals(engine, search)
-    named = [best, *rivals]
-    sure = sum(weights[f.effects] for f in named) * _odds(clean)
-    common = frozenset.intersection(*(f.effects for f in named))
+    possible = [best, *rivals]
+    sure = sum(weights[f.effects] for f in possible) * _odds(clean)
+    common = frozenset.intersection(*(f.effects for f in possible))
     contested: list[str] = []
-    for fit in named if rivals else []:
+    for fit in possible if rivals else []:
         contested += [n for n in sorted(fit.effects - common) if n not in contested]
     status: Status = "ambiguous" if rivals else "identified"
     candidates = contested[:CANDIDATES_MAX]

@@ -36,6 +36,8 @@ FURTHER_CLEAN_SHARE = 1e-4
 """An effect that joins others must show more clearly, and be more than this share of the whole gap
 (the second, where it removes nearly all that the others left): no model is so right that what it
 leaves is nothing but noise."""
+RIVAL_SHARE = 0.5
+"""Of what the best removes, that a rival must promise before it is fitted."""
 HOPEFUL_SHARE = 0.5
 """Of the least gain, below which no other form of an effect is tried."""
 HOPELESS = 4000.0
@@ -201,6 +203,8 @@ class Engine:
                 best = ranked[0]
             elif not alone:
                 break
+            if size > 1 and self._is_clean(best):
+                break
             beam = self._front(ranked)[: BEAM if size == 1 else 1]
         return Search(null, self._pruned(best, null), self.fits)
 
@@ -282,7 +286,8 @@ class Engine:
         found: dict[frozenset[str], Fit] = {}
         for parent in beam:
             whole = min(found.values(), key=self.score, default=parent)
-            if self._is_clean(whole) and not parent.effects <= whole.effects:
+            clean = self._is_clean(whole)
+            if clean and not parent.effects <= whole.effects:
                 continue  # what explains everything is not looked for beside something else
             names = " + ".join(sorted(parent.effects)) or "f0 alone"
             self.progress(f"adding an effect to {names}")
@@ -290,7 +295,9 @@ class Engine:
             # A child that is no better than this parent was not fitted well from another one.
             seen = {key for key, fit in found.items() if fit.cost < parent.cost}
             free = [f for f in [*self.forms, *self._lines(full)] if not f.refines]
-            for fit in self._children(full, free, seen):
+            # Beside what explains everything only what may explain as much is of interest.
+            least = RIVAL_SHARE * (parent.cost - whole.cost) if clean else 0.0
+            for fit in self._children(full, free, seen, least):
                 key = fit.effects
                 if key not in found or self.score(fit) < self.score(found[key]):
                     found[key] = fit
@@ -301,9 +308,16 @@ class Engine:
         return bool(np.all(self.problem.excess_per_row(fit.residual) < EXCESS_MIN))
 
     def _children(
-        self, parent: Fit, forms: Sequence[Form], seen: Collection[frozenset[str]] = ()
+        self,
+        parent: Fit,
+        forms: Sequence[Form],
+        seen: Collection[frozenset[str]] = (),
+        least: float = 0.0,
     ) -> list[Fit]:
-        """Fits with one of these forms more, but for sets of effects that were seen."""
+        """Fits with one of these forms more, but for sets of effects that were seen.
+
+        ``least``: the fall of the cost that a form must promise.
+        """
         free = [
             f
             for f in forms
@@ -314,7 +328,7 @@ class Engine:
         probe = Probe(self.problem, parent)
         screened = self._map(lambda f: self._screen(probe, f), free)
         top = max((found[0][0] for found in screened if found), default=0.0)
-        limit = max(SCREEN_MIN, SCREEN_SHARE * top)
+        limit = max(SCREEN_MIN, SCREEN_SHARE * top, least)
         gains = {i: found[0][0] for i, found in enumerate(screened) if found}
         ranked = sorted((i for i in gains if gains[i] > limit), key=lambda i: -gains[i])
         named = [free[i].effect for i in ranked]
@@ -442,10 +456,12 @@ class Engine:
         further = _joins(old, null)
         if self.gain(old, new) < _gain_min(further) + GAIN_PER_PARAM * max(extra, 1):
             return False
-        if _spread_gain(old, new) < GAIN_MIN / 2:
+        visible, telling = self._shares(old, new, null)
+        # One parameter that explains all there is may act but once, as a slew limit in one step.
+        once = extra == 1 and telling[-1] > CLEAN_SHARE
+        if not once and _spread_gain(old, new) < GAIN_MIN / 2:
             return False
         least = CLEAN_VISIBLE if extra <= STIFF_PARAMS else VISIBLE_SHARE
-        visible, telling = self._shares(old, new, null)
         lone = FURTHER_SHARE if telling[-1] < CLEAN_SHARE else FURTHER_CLEAN_SHARE
         if further and visible[-1] < lone:
             return False
