@@ -419,15 +419,18 @@ def test_a_slow_line_is_seen_beside_a_short_fast_record_in_which_it_is_wide() ->
 def test_an_effect_that_joins_others_must_be_more_than_their_models_errors() -> None:
     engine = Engine(PLAIN, FORMS, 1, lambda _: None)
     n = PLAIN.rows
-    small = np.sqrt(2 * 400.0 / n) * np.sin(np.arange(n) * 0.05)  # a fall of 400
+    wave = np.sqrt(2 / n) * np.sin(np.arange(n) * 0.05)
     white = standing(form("delay"), 1.0)
-    old = replace(white, residual=white.residual + small)
+    old, cleaner = (
+        replace(white, residual=white.residual + np.sqrt(fall) * wave) for fall in (4000.0, 400.0)
+    )
     new = replace(white, forms=(form("delay"), form("backlash")))
     clear, vast = (
         replace(standing(None, 1.0), residual=np.sqrt(e / n) * np.ones(n)) for e in (5e4, 5e7)
     )
     assert engine.accepted(old, new, clear)
     assert not engine.accepted(old, new, vast)
+    assert not engine.accepted(cleaner, new, clear), "the others leave no more than noise"
 
 
 # -- thresholds of the verdict ------------------------------------------------------------------

@@ -27,8 +27,8 @@ CREEP_STEP = 0.0015
 LINES_MAX = 3
 LINE_SHARE = 0.1
 """Of the stroke, that a line's amplitude is expected below."""
-DRIFT_DEGREE = 5
-"""Of a polynomial over the longest record: up to a swing and a half."""
+DRIFT_DEGREE = 8
+"""Of a polynomial over the longest record: up to two swings and a half."""
 SKEW_MAX_PPM = 20_000.0
 SKEW_NEAR_PPM = 3000.0
 """Within it, starts lie close together."""
@@ -165,8 +165,8 @@ def _input_forms(s: Scales) -> list[Form]:
             path=lambda path, v: path.but(delay_s=v["delay_s"], substeps_min=substeps),
         )
 
-    corner = Param("corner_hz", 0.3, 20000.0, log=True)
-    corners = [float(f) for f in np.geomspace(1.0, 10000.0, 12)]
+    corner = Param("corner_hz", 0.3, 100_000.0, log=True)
+    corners = [float(f) for f in np.geomspace(1.0, 30000.0, 14)]
     slew = Param("slew_V_per_s", 1e-3 * s.rate_max_V_per_s, s.rate_max_V_per_s, log=True)
     slews = [s.rate_max_V_per_s * float(k) for k in np.geomspace(0.02, 0.98, 14)]
     return [

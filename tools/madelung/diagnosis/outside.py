@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from madelung.diagnosis.case import Trace
-from madelung.diagnosis.forms import DRIFT_DEGREE, Form, Param, Scales, Values
+from madelung.diagnosis.forms import Form, Param, Scales, Values
 
 Array = NDArray[np.float64]
 Columns = Callable[[Array, Trace], Array]
@@ -23,6 +23,7 @@ Columns = Callable[[Array, Trace], Array]
 OUTSIDE = "outside"
 """In the place of an effect's name."""
 GAIN_DEGREE = 3
+WANDER_DEGREE = 5
 CURVE_DEGREE = 3
 HEAT_TAUS = 6
 
@@ -44,7 +45,7 @@ def outside_forms(s: Scales, traces: Sequence[Trace]) -> list[Form]:
         found += [
             _sensor("gain and offset differ from record to record", 4, _gain_and_slope, s, names),
             _sensor(
-                "slow movements differ from record to record", DRIFT_DEGREE + 1, _wander, s, names
+                "slow movements differ from record to record", WANDER_DEGREE + 1, _wander, s, names
             ),
         ]
     return found
@@ -89,7 +90,7 @@ def _gain_and_slope(share: Array, trace: Trace) -> Array:
 
 
 def _wander(share: Array, trace: Trace) -> Array:
-    return _over_time(trace, DRIFT_DEGREE, trace.u_V.size * trace.step_s)
+    return _over_time(trace, WANDER_DEGREE, trace.u_V.size * trace.step_s)
 
 
 def _heating(power: float, s: Scales) -> Form:

@@ -28,14 +28,16 @@ Progress = Callable[[str], None]
 T = TypeVar("T")
 S = TypeVar("S")
 
-GAIN_MIN = 60.0
+GAIN_MIN = 120.0
 """Fall of the cost, in units of the noise, below which nothing is accepted."""
-GAIN_FURTHER = 150.0
+GAIN_FURTHER = 300.0
+GAIN_BESIDE_CLEAN = 1000.0
 FURTHER_SHARE = 1e-3
 FURTHER_CLEAN_SHARE = 1e-4
-"""An effect that joins others must show more clearly, and be more than this share of the whole gap
-(the second, where it removes nearly all that the others left): no model is so right that what it
-leaves is nothing but noise."""
+"""An effect that joins others must show more clearly, most where these are many or leave no more
+than the noise is known to be, and be more than this share of the whole gap (the second, where it
+removes nearly all that the others left): no model is so right that what it leaves is nothing but
+noise."""
 RIVAL_SHARE = 0.5
 """Of what the best removes, that a rival must promise before it is fitted."""
 HOPEFUL_SHARE = 0.5
@@ -81,6 +83,12 @@ LINE_SPREAD = 2.0
 """A line whose amplitude differs by more than this from the records' mean is no disturbance."""
 LINE_WHOLE = 1.5
 """Periods in a record from which on its amplitude there is known."""
+LINE_SHARP = 4.0
+"""Times what is beside it in the command's spectrum: a line."""
+LINE_BLOCKS = 1024
+"""Of a record, whose sums show what lies a few periods beside a line."""
+LINE_DRIVEN = 0.3
+"""Share of a line of the command that a model may be wrong by."""
 LINE_SEEN = 8.0
 """... in records where that mean is so many standard errors."""
 STRETCH_ROWS = 64
@@ -192,7 +200,7 @@ class Engine:
             if not found:
                 break
             ranked = self._front(found)
-            hope = HOPEFUL_SHARE * _gain_min(_joins(best, null))
+            hope = HOPEFUL_SHARE * self._gain_min(best)
             # One of two causes may prove nothing as long as the other hides it.
             alone = size == 1 and not self._is_clean(best)
             if self.gain(best, ranked[0]) > hope:
@@ -453,8 +461,7 @@ class Engine:
     def accepted(self, old: Fit, new: Fit, null: Fit) -> bool:
         """Whether the richer hypothesis is proven against the poorer one."""
         extra = len(new.params) - len(old.params)
-        further = _joins(old, null)
-        if self.gain(old, new) < _gain_min(further) + GAIN_PER_PARAM * max(extra, 1):
+        if self.gain(old, new) < self._gain_min(old) + GAIN_PER_PARAM * max(extra, 1):
             return False
         visible, telling = self._shares(old, new, null)
         # One parameter that explains all there is may act but once, as a slew limit in one step.
@@ -463,11 +470,19 @@ class Engine:
             return False
         least = CLEAN_VISIBLE if extra <= STIFF_PARAMS else VISIBLE_SHARE
         lone = FURTHER_SHARE if telling[-1] < CLEAN_SHARE else FURTHER_CLEAN_SHARE
-        if further and visible[-1] < lone:
+        if old.forms and visible[-1] < lone:
             return False
         clean = (telling > CLEAN_SHARE) & (visible > least)
         large = (telling > REMAINDER_SHARE) & (visible > VISIBLE_SHARE)
         return bool(np.any(clean | large))
+
+    def _gain_min(self, old: Fit) -> float:
+        """Least fall of the cost that one effect more must bring, but for its parameters' price."""
+        if not old.forms:
+            return GAIN_MIN
+        left = float(self.problem.excess(old.residual).sum())
+        clean = left < EXCESS_MIN * self.problem.rows
+        return GAIN_BESIDE_CLEAN if clean or len(old.forms) > 1 else GAIN_FURTHER
 
     def _shares(self, old: Fit, new: Fit, null: Fit) -> tuple[Array, Array]:
         """What the richer hypothesis removes, by record and at last of all, as two shares.
@@ -517,16 +532,6 @@ class Engine:
         return fit
 
 
-def _joins(old: Fit, null: Fit) -> bool:
-    """Whether an effect that is added to a hypothesis joins others."""
-    return len(old.forms) > len(null.forms)
-
-
-def _gain_min(further: bool) -> float:
-    """Least fall of the cost that an effect must bring, but for the price of its parameters."""
-    return GAIN_FURTHER if further else GAIN_MIN
-
-
 def _plausible(fit: Fit, parent: Fit) -> bool:
     """Whether an effect that joins others is what its name says.
 
@@ -561,10 +566,11 @@ def _steady(problem: Problem, fit: Fit) -> bool:
             amps.append(np.hypot(fit.values[f"cos{line}:{name}"], fit.values[f"sin{line}:{name}"]))
             density = problem.noise.spectrum(np.array([freq]), trace.step_s)[0]
             errors.append(np.sqrt(2 * density / max(int(trace.use.sum()), 1)))
-            if _periods(trace, freq) < LINE_WHOLE:
-                errors[-1] = np.inf  # its phase is mixed with its amplitude
+            stroke_per_V = problem.scales.stroke_um / problem.scales.range_V
+            if _periods(trace, freq) < LINE_WHOLE or _driven(trace, freq, amps[-1] / stroke_per_V):
+                errors[-1] = np.inf  # mixed with its phase, or with what the command causes
         if not np.isfinite(errors).any():
-            continue
+            return False
         typical = float(np.average(amps, weights=1 / np.square(errors)))
         seen = typical > LINE_SEEN * np.array(errors)
         spread = np.array(amps)[seen] / typical
@@ -577,6 +583,18 @@ def _periods(trace: Trace, freq_hz: float) -> float:
     """Of a line in a record, or of its beat with half of the record's rate."""
     turns = freq_hz * trace.step_s
     return float(abs(2 * turns - round(2 * turns)) / 2 * trace.u_V.size)
+
+
+def _driven(trace: Trace, freq_hz: float, amp_V: float) -> bool:
+    """Whether the command has a line there, of which a model's error may be such a share."""
+    n = trace.u_V.size
+    turn = np.exp(-2j * np.pi * trace.step_s * np.arange(n) * freq_hz)
+    starts = np.arange(0, n, max(n // LINE_BLOCKS, 1))
+    lined = np.add.reduceat((trace.u_V - trace.u_V.mean()) * np.hanning(n) * turn, starts)
+    beat = np.exp(-2j * np.pi * np.outer(np.arange(-8, 9), starts) / n)
+    around = 4 * np.abs(beat @ lined) / n
+    at, beside = around[7:10].max(), np.median(around[np.r_[0:6, 11:17]])
+    return bool(at > LINE_SHARP * beside and amp_V < LINE_DRIVEN * at)
 
 
 def _spread_gain(old: Fit, new: Fit) -> float:
@@ -607,15 +625,17 @@ def _peaks(problem: Problem, residual: Array) -> list[float]:
     bins = np.arange(max(p.size for p in spectra))
     places = [np.minimum(bins % (2 * p.size - 2), -bins % (2 * p.size - 2)) for p in spectra]
     found: list[float] = []
-    lowest = 4 * LINE_PERIODS  # fewer periods in the longest record may as well be drift
     # In a shorter record a line is wider, and so is what surrounds it.
     widths = [round(length / (t.u_V.size * t.step_s)) for t, _ in traces]
+    # With fewer periods in every record, as it is folded there, it may as well be drift.
+    whole = [p >= 4 * LINE_PERIODS * w for p, w in zip(places, widths, strict=True)]
+    may_be = np.any(whole, axis=0) & (bins > 4 * LINE_PERIODS)
     floors = [_running_median(p, 100 * w) for p, w in zip(spectra, widths, strict=True)]
     floor = _folded(floors, places)
     for _ in range(LINES_MAX):
         power = _folded(spectra, places)
-        k = int(np.argmax(np.where(bins > lowest, power - 3 * floor, 0.0)))
-        if k <= lowest or power[k] < 30 + 6 * len(traces) or power[k] < 12 * floor[k]:
+        k = int(np.argmax(np.where(may_be, power - 3 * floor, 0.0)))
+        if not may_be[k] or power[k] < 30 + 6 * len(traces) or power[k] < 12 * floor[k]:
             break
         found.append(k * step_hz)
         for width, p, place in zip(widths, spectra, places, strict=True):
