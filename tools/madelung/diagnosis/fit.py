@@ -285,6 +285,7 @@ class Problem:
         beta: Array,
         iterations: int = ITERATIONS,
         near: Fit | None = None,
+        rough: bool = False,
     ) -> Fit:
         """Levenberg-Marquardt from a start, within the parameters' bounds.
 
@@ -296,6 +297,8 @@ class Problem:
         ----------
         near
             A fit with its jacobian: its columns serve at the start for what both have in common.
+        rough
+            They serve for f0 to the end.
         """
         forms = tuple(forms)
         fit = self._evaluate(forms, _clipped(forms, values), beta)
@@ -305,7 +308,7 @@ class Problem:
         jacobian, covariance = fit.jacobian, fit.covariance
         if near is not None:
             jacobian = self._jacobian(fit, near.columns)
-        fresh, secant, whole = False, True, False
+        fresh, secant, whole = False, True, rough
         made = 0
         while made < iterations:
             if not fresh and (jacobian.size == 0 or not secant):

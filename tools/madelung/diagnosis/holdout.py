@@ -58,7 +58,7 @@ def shrink(
     eb, ea = (np.array([v.sum() for v in blocks]) for blocks in (before, after))
     n = np.array([v.size for v in before])
     rows = [int(p.trace.use.sum()) for p in predictions]
-    closed, ci = _closed(eb, ea, n, noise.rms_um**2, seed)
+    closed, ci = _closed(eb, ea, n, noise, seed)
     return {
         "records": records,
         "rms_before_um": _pooled([r["rms_before_um"] for r in records], rows),
@@ -69,16 +69,21 @@ def shrink(
 
 
 def _closed(
-    eb: Array, ea: Array, n: Array, floor: float, seed: int
+    eb: Array, ea: Array, n: Array, noise: Noise, seed: int
 ) -> tuple[float | None, list[float] | None]:
-    """Share of the closable energy that was closed, and its bootstrap interval over blocks."""
+    """Share of the closable energy that was closed, and its interval.
+
+    It comes from a bootstrap over blocks; the floor varies with them, as far as it is not known.
+    """
+    floor = noise.rms_um**2
     closable = eb.sum() - floor * n.sum()
     if not n.sum() or closable < CLOSABLE_MIN * floor * n.sum():
         return None, None
     rng = np.random.default_rng(seed)
     pick = rng.integers(n.size, size=(DRAWS, n.size))
     b, a, m = eb[pick].sum(1), ea[pick].sum(1), n[pick].sum(1)
-    shares = (b - a) / np.maximum(b - floor * m, CLOSABLE_MIN * floor * m)
+    floors = floor * np.exp(noise.power_error() * rng.standard_normal(DRAWS))
+    shares = (b - a) / np.maximum(b - floors * m, CLOSABLE_MIN * floor * m)
     low, high = np.percentile(shares, [2.5, 97.5])
     return float((eb.sum() - ea.sum()) / closable), [float(low), float(high)]
 

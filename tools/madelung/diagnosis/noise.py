@@ -108,6 +108,14 @@ class Noise:
         slope = _gradient(self, freq, step_s).mean(axis=1)
         return float(np.sqrt(slope @ np.array(self.covariance) @ slope))
 
+    def power_error(self) -> float:
+        """Standard error of the noise's mean square, as a share of it."""
+        if not self.covariance:
+            return float(np.sqrt(2 / max(self.samples, 1)))
+        # Of `_gradient`'s parameters the first of every part is a power, the other a time.
+        of_power = np.array([1.0, *(1.0, 0.0) * len(self.parts)])
+        return float(np.sqrt(of_power @ np.array(self.covariance) @ of_power)) / self.rms_um**2
+
     def rows_per_independent(self, step_s: float) -> float:
         """Rows that tell as much about the noise's power as one independent row."""
         total = self.rms_um**2

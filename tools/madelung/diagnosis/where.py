@@ -586,7 +586,7 @@ class _Gap:
             energy_share=float(min(shares[0], 1.0)),
             enrichment=float(enriched[0]),
             sample_share=float(inside[0] / rows[0]),
-            energy_share_ci95=_ci95(shares),
+            energy_share_ci95=_ci95(np.minimum(shares, 1.0)),
             enrichment_ci95=_ci95(enriched),
             noise_share=float(min(noise / max(held[0], 1e-300), 1.0)),
         )

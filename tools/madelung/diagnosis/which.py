@@ -89,6 +89,8 @@ LINE_BLOCKS = 1024
 """Of a record, whose sums show what lies a few periods beside a line."""
 LINE_DRIVEN = 0.3
 """Share of a line of the command that a model may be wrong by."""
+LINE_PROVEN = 4.0
+"""Standard errors of its amplitude, in all records together that show it as a line."""
 LINE_SEEN = 8.0
 """... in records where that mean is so many standard errors."""
 STRETCH_ROWS = 64
@@ -353,6 +355,7 @@ class Engine:
                     parent.beta,
                     ROUGH_ITERATIONS,
                     parent,
+                    rough=True,
                 ),
                 tries,
             )
@@ -425,7 +428,8 @@ class Engine:
         found: list[Fit] = []
         for base in (self.fits[key] for key in sorted(bases & self.fits.keys(), key=sorted)):
             parent = self.problem.fit(base.forms, base.values, base.beta, iterations=2)
-            found += self._children(parent, forms)
+            least = RIVAL_SHARE * (parent.cost - best.cost)
+            found += self._children(parent, forms, least=least)
         better = [f for f in found if self._outdoes(f, best)]
         return min(better, key=self.score, default=None)
 
@@ -569,9 +573,12 @@ def _steady(problem: Problem, fit: Fit) -> bool:
             stroke_per_V = problem.scales.stroke_um / problem.scales.range_V
             if _periods(trace, freq) < LINE_WHOLE or _driven(trace, freq, amps[-1] / stroke_per_V):
                 errors[-1] = np.inf  # mixed with its phase, or with what the command causes
-        if not np.isfinite(errors).any():
+        weights = 1 / np.square(errors)
+        if not weights.any():
             return False
-        typical = float(np.average(amps, weights=1 / np.square(errors)))
+        typical = float(np.average(amps, weights=weights))
+        if typical < LINE_PROVEN / np.sqrt(weights.sum()):
+            return False  # what it explains it explains where it may be something else
         seen = typical > LINE_SEEN * np.array(errors)
         spread = np.array(amps)[seen] / typical
         if np.any(spread < 1 / LINE_SPREAD) or np.any(spread > LINE_SPREAD):
