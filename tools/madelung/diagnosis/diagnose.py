@@ -21,7 +21,7 @@ from madelung.diagnosis.holdout import (
     region_shrink,
     shrink,
 )
-from madelung.diagnosis.known import excluded, known_forms, monitored
+from madelung.diagnosis.known import known_forms, monitored
 from madelung.diagnosis.noise import Noise, estimate_noise
 from madelung.diagnosis.outside import OUTSIDE, outside_forms
 from madelung.diagnosis.parameters import Z95, reported
@@ -242,10 +242,10 @@ def _search(
 ) -> tuple[Engine, Search, Fit | None]:
     """The result, its engine, and what is outside the vocabulary and explains more."""
     fixed, values = known_forms(case, problem.scales)
-    given, measured = monitored(case, problem, options.jobs)
+    given, measured, settled = monitored(case, problem, options.jobs)
     values = values | measured
     base = (*fixed, *given)
-    barred = excluded(case, fixed, given)
+    barred = {*case.exclude, *settled, *(f.effect for f in fixed)}
     free = [f for f in forms(problem.scales) if f.effect not in barred]
     if options.check or good:
         engine = Engine(problem, free, options.jobs, progress)

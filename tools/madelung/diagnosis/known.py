@@ -12,10 +12,10 @@ from madelung.diagnosis.fit import Problem
 from madelung.diagnosis.forms import CREEP_TAU_S, Form, Param, Scales, forms
 from madelung.diagnosis.noise import Noise
 from madelung.diagnosis.vocabulary import EFFECTS
-from madelung.diagnosis.which import Engine
+from madelung.diagnosis.which import RIVAL_GAIN, Engine
 
 MONITORED = ("saturation", "slew_limit", "amplifier_lag")
-"""Effects that show between the command and the amplifier's monitor."""
+"""Effects that show between the command and the amplifier's monitor, and nowhere else."""
 _RENAMED = {"fn_hz": "fn1_hz", "zeta": "zeta1"}
 
 
@@ -48,34 +48,41 @@ def _fixed(p: Param, given: Mapping[str, float]) -> Param:
     return replace(p, low=given[p.key], high=given[p.key]) if p.key in given else p
 
 
-def excluded(case: Case, fixed: list[Form], given: list[Form]) -> set[str]:
-    """Effects that are not searched."""
-    barred = set(case.exclude) | {f.effect for f in (*fixed, *given)}
-    if _has_monitor(case):
-        barred |= set(MONITORED)
-    return barred
-
-
 def _has_monitor(case: Case) -> bool:
     return all(t.u_meas_V is not None for t in (case.identify, *case.train))
 
 
-def monitored(case: Case, problem: Problem, jobs: int) -> tuple[list[Form], dict[str, float]]:
-    """What happens between command and monitor: the same search, on voltages."""
+def monitored(
+    case: Case, problem: Problem, jobs: int
+) -> tuple[list[Form], dict[str, float], set[str]]:
+    """What happens between command and monitor: the same search, on voltages.
+
+    Returns
+    -------
+    The forms, their values, and the effects that this settles, found or not.
+    """
     if not _has_monitor(case):
-        return [], {}
+        return [], {}, set()
     traces = [_as_displacement(t) for t in problem.traces]
     rest = np.concatenate([np.diff(t.y_um - t.u_V, 2) for t in traces])
     white = max(float(np.median(np.abs(rest))) / 0.6745 / np.sqrt(6), 1e-6 * problem.scales.range_V)
     scales = replace(problem.scales, stroke_um=problem.scales.range_V)
     volts = Problem(traces, Noise(white, 0.0, 1.0, rest.size, True), scales, 1)
     # The monitor may be sampled by the sensor's clock, which need not be the command's.
-    tried = {*MONITORED, "clock_skew"} - set(case.exclude)
+    # A delay shows in it where the drive is late, not where the sensor is.
+    tried = {*MONITORED, "delay", "clock_skew"} - set(case.exclude)
     free = [f for f in forms(scales) if f.effect in tried]
     start = volts.fit((), {}, np.array([case.u_min_V, case.range_V / 2]))
-    best = Engine(volts, free, jobs, lambda _: None, lines=False).search(start).best
-    settled = [f for f in best.forms if f.effect in MONITORED]
-    return settled, {p.key: best.values[p.key] for f in settled for p in f.params}
+    engine = Engine(volts, free, jobs, lambda _: None, lines=False)
+    found = engine.search(start)
+    best = found.best
+    others = [f for f in found.fits.values() if not f.effects <= best.effects]
+    rivals = [f for f in others if len(f.forms) <= len(best.forms)]
+    if any(engine.gain(f, best) < RIVAL_GAIN for f in rivals):
+        return [], {}, set()
+    settled = [f for f in best.forms if f.effect != "clock_skew"]
+    values = {p.key: best.values[p.key] for f in settled for p in f.params}
+    return settled, values, {*MONITORED, *best.effects} - {"clock_skew"}
 
 
 def _as_displacement(trace: Trace) -> Trace:

@@ -18,6 +18,7 @@ from madelung.diagnosis.which import (
     GAIN_MIN,
     GAIN_PER_PARAM,
     HOPELESS,
+    RIVAL_GAIN,
     Engine,
     Search,
 )
@@ -26,10 +27,9 @@ Array = NDArray[np.float64]
 Status = Literal["identified", "ambiguous", "unknown", "no_gap"]
 
 CANDIDATES_MAX = 4
-RIVAL_GAIN = 12.0
-"""A rival is set aside when its cost is higher by this, in units of the noise, and ..."""
 RIVAL_EXCESS = 1.3
-"""... its excess over the noise is larger by this factor."""
+"""A rival is set aside when its cost is clearly higher (`RIVAL_GAIN`), and its excess over the noise
+is larger by this factor."""
 REMAINDER_MAX = 0.05
 REMAINDER_MANY = 0.01
 """Share of the gap that may stay unexplained; beside more than `MANY` effects, whose sum may as

@@ -39,9 +39,15 @@ than the noise is known to be, and be more than this share of the whole gap (the
 removes nearly all that the others left): no model is so right that what it leaves is nothing but
 noise."""
 RIVAL_SHARE = 0.5
-"""Of what the best removes, that a rival must promise before it is fitted."""
+LINEAR_SHARE = 0.95
+NEAR_SHARE = 0.2
+"""Of what the best removes, the shares that a rival must promise before it is fitted, which for a
+linear one is all it can do, and that it may still leave after a rough fit, to be fitted to the end.
+"""
 HOPEFUL_SHARE = 0.5
 """Of the least gain, below which no other form of an effect is tried."""
+RIVAL_GAIN = 12.0
+"""By which a rival's cost may be higher, in units of the noise, and the data not rule it out."""
 HOPELESS = 4000.0
 """A fit whose cost is higher by this has no weight, under any noise."""
 GAIN_PER_PARAM = 3.0
@@ -97,7 +103,9 @@ STRETCH_ROWS = 64
 OUTSIDE_LEFT = 0.3
 """Share of the accepted effects' excess that what is outside the vocabulary may leave."""
 EXCESS_MIN = 0.05
-"""Excess over the noise, as a share of it, that is taken for structure."""
+SPOTLESS_EXCESS = 0.01
+"""Excess over the noise, as a share of it, that is taken for structure; and below which no other
+form of an effect is tried."""
 
 
 @dataclass(frozen=True)
@@ -249,6 +257,8 @@ class Engine:
 
         The form that fits best alone need not fit best beside other effects.
         """
+        if self.problem.excess(fit.residual).sum() < SPOTLESS_EXCESS * self.problem.rows:
+            return fit
         probe = self._probe(fit)
         for effect in sorted(fit.effects):
             for form in [f for f in self.forms if f.effect == effect]:
@@ -306,8 +316,8 @@ class Engine:
             seen = {key for key, fit in found.items() if fit.cost < parent.cost}
             free = [f for f in [*self.forms, *self._lines(full)] if not f.refines]
             # Beside what explains everything only what may explain as much is of interest.
-            least = RIVAL_SHARE * (parent.cost - whole.cost) if clean else 0.0
-            for fit in self._children(full, free, seen, least):
+            goal = whole.cost if clean else None
+            for fit in self._children(full, free, seen, goal):
                 key = fit.effects
                 if key not in found or self.score(fit) < self.score(found[key]):
                     found[key] = fit
@@ -322,12 +332,13 @@ class Engine:
         parent: Fit,
         forms: Sequence[Form],
         seen: Collection[frozenset[str]] = (),
-        least: float = 0.0,
+        goal: float | None = None,
     ) -> list[Fit]:
         """Fits with one of these forms more, but for sets of effects that were seen.
 
-        ``least``: the fall of the cost that a form must promise.
+        ``goal``: the cost that a form must come near to, as far as its start tells.
         """
+        way = 0.0 if goal is None else parent.cost - goal
         free = [
             f
             for f in forms
@@ -338,9 +349,12 @@ class Engine:
         probe = Probe(self.problem, parent)
         screened = self._map(lambda f: self._screen(probe, f), free)
         top = max((found[0][0] for found in screened if found), default=0.0)
-        limit = max(SCREEN_MIN, SCREEN_SHARE * top, least)
+        limit = max(SCREEN_MIN, SCREEN_SHARE * top)
         gains = {i: found[0][0] for i, found in enumerate(screened) if found}
-        ranked = sorted((i for i in gains if gains[i] > limit), key=lambda i: -gains[i])
+        promised = {
+            i: max(limit, (LINEAR_SHARE if free[i].linear else RIVAL_SHARE) * way) for i in gains
+        }
+        ranked = sorted((i for i in gains if gains[i] > promised[i]), key=lambda i: -gains[i])
         named = [free[i].effect for i in ranked]
         few = [
             i for n, i in enumerate(ranked) if named[:n].count(named[n]) < self._forms_max(parent)
@@ -364,6 +378,8 @@ class Engine:
         if not rough:
             return []
         near = self._front(rough)[:FINE_MAX]
+        if goal is not None:
+            near = [f for f in near if f.cost < goal + NEAR_SHARE * way]
         fine = self._map(
             lambda f: self._slim(self.problem.fit(f.forms, f.values, f.beta, near=f)), near
         )
@@ -428,8 +444,7 @@ class Engine:
         found: list[Fit] = []
         for base in (self.fits[key] for key in sorted(bases & self.fits.keys(), key=sorted)):
             parent = self.problem.fit(base.forms, base.values, base.beta, iterations=2)
-            least = RIVAL_SHARE * (parent.cost - best.cost)
-            found += self._children(parent, forms, least=least)
+            found += self._children(parent, forms, goal=best.cost)
         better = [f for f in found if self._outdoes(f, best)]
         return min(better, key=self.score, default=None)
 
