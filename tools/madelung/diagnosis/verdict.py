@@ -28,7 +28,7 @@ Status = Literal["identified", "ambiguous", "unknown", "no_gap"]
 
 CANDIDATES_MAX = 4
 RIVAL_EXCESS = 1.3
-"""A rival is set aside when its cost is clearly higher (`RIVAL_GAIN`), and its excess over the noise
+"""A rival is set aside when its cost is clearly higher (`RIVAL_GAIN`) and its excess over the noise
 is larger by this factor."""
 REMAINDER_MAX = 0.05
 REMAINDER_MANY = 0.01
