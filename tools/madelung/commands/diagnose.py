@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import shlex
 from pathlib import Path
 from typing import Annotated
@@ -10,8 +9,6 @@ from typing import Annotated
 import typer
 
 from madelung.errors import InputError
-
-BLAS_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 def diagnose(
@@ -41,8 +38,6 @@ def diagnose(
 
     The hold-out records are used for nothing but measuring the shrinkage.
     """
-    for name in BLAS_THREADS:  # the same bytes whatever the machine and --jobs
-        os.environ.setdefault(name, "1")
     from rich.console import Console
 
     from madelung.diagnosis.case import load_case
