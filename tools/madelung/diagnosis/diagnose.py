@@ -39,7 +39,7 @@ DEGREE_RICH = 13
 """Of f0 in the search: a bend that the firmware's degrees cannot follow is no effect."""
 DEGREE_MORE = 2
 """Train records may show so much more of f0's bend than the slow loop did."""
-SEARCH_ROWS = 45_000
+SEARCH_ROWS = 32_000
 """The search runs on the heads of longer records; its result is fitted to all rows."""
 
 
@@ -308,18 +308,20 @@ def _ranking(engine: Engine, heads: Problem, search: Search, baseline: Fit) -> l
     The accepted one is told from all rows, the others from the heads that were searched.
     """
     entries = []
-    refits: dict[frozenset[str], tuple[Problem, Fit, float]] = {}
     names = sorted({e for key in search.fits for e in key})
-    for name in names:
-        fit = best_with(name, engine, search)
-        if fit.effects not in refits:
-            problem = engine.problem if fit is search.best else heads
-            gap2 = float(np.mean(_train_error(problem, baseline) ** 2))
-            full = problem.fit(fit.forms, fit.values, fit.beta, 1)
-            refits[fit.effects] = (problem, full, gap2)
-        problem, full, gap2 = refits[fit.effects]
+    chosen = {name: best_with(name, engine, search) for name in names}
+    gaps = {p: float(np.mean(_train_error(p, baseline) ** 2)) for p in {engine.problem, heads}}
+
+    def refit(fit: Fit) -> tuple[Problem, Fit]:
+        problem = engine.problem if fit is search.best else heads
+        return problem, problem.fit(fit.forms, fit.values, fit.beta, 1)
+
+    different = {f.effects: f for f in chosen.values()}
+    refits = dict(zip(different, engine.map(refit, different.values()), strict=True))
+    for name, fit in chosen.items():
+        problem, full = refits[fit.effects]
         rest = search.fits.get(fit.effects - {name}, search.null)
-        rms, ci95, closed = _out_of_sample(problem, full, gap2)
+        rms, ci95, closed = _out_of_sample(problem, full, gaps[problem])
         entries.append(
             {
                 "effect": name,

@@ -175,8 +175,8 @@ class Engine:
         null = self._keep(start)
         best = self._keep(self._again(found.best, ITERATIONS))
         near, far = self._rivals(found, price)
-        again = self._map(lambda f: self._again(f, ITERATIONS), near)
-        again += self._map(lambda f: self._again(f, 1), far)
+        again = self.map(lambda f: self._again(f, ITERATIONS), near)
+        again += self.map(lambda f: self._again(f, 1), far)
         for fit in again:  # in their order, not in that of the threads
             self._keep(fit)
         seen = self.problem.excess_per_row(best.residual)
@@ -238,7 +238,8 @@ class Engine:
             self.fits[fit.effects] = slim
         return slim
 
-    def _map(self, function: Callable[[S], T], items: Iterable[S]) -> list[T]:
+    def map(self, function: Callable[[S], T], items: Iterable[S]) -> list[T]:
+        """The function of every item, side by side, in their order."""
         if self.jobs < 2:
             return [function(i) for i in items]
         with ThreadPoolExecutor(self.jobs) as pool:
@@ -286,11 +287,11 @@ class Engine:
         from_start = [others | start for start in form.starts(self.problem.scales)]
         starts = [s for s in from_start if all(k in s for k in form.keys)]
         starts += [start | kept for start in from_start if kept]
-        worths = self._map(worth, starts)
+        worths = self.map(worth, starts)
         by_gain, by_fall = (sorted(range(len(starts)), key=lambda i: -worths[i][k]) for k in (0, 1))
         best = list(dict.fromkeys([*by_gain[:EXCHANGE_TRIES], *by_fall[:1]]))
         rough = min(
-            self._map(lambda i: self.problem.fit(forms, starts[i], fit.beta, 3), best),
+            self.map(lambda i: self.problem.fit(forms, starts[i], fit.beta, 3), best),
             key=lambda f: f.cost,
         )
         if rough.cost > fit.cost + EXCHANGE_SLACK * abs(fit.cost - self.problem.rows):
@@ -347,7 +348,7 @@ class Engine:
             and parent.effects | {f.effect} not in seen
         ]
         probe = Probe(self.problem, parent)
-        screened = self._map(lambda f: self._screen(probe, f), free)
+        screened = self.map(lambda f: self._screen(probe, f), free)
         top = max((found[0][0] for found in screened if found), default=0.0)
         limit = max(SCREEN_MIN, SCREEN_SHARE * top)
         gains = {i: found[0][0] for i, found in enumerate(screened) if found}
@@ -362,7 +363,7 @@ class Engine:
         chosen = sorted(few[: self._fits_max(parent)])
         tries = [(free[i], start) for i in chosen for _, start in screened[i]]
         rough = self._best_of_each(
-            self._map(
+            self.map(
                 lambda t: self.problem.fit(
                     (*parent.forms, t[0]),
                     parent.values | t[1],
@@ -380,7 +381,7 @@ class Engine:
         near = self._front(rough)[:FINE_MAX]
         if goal is not None:
             near = [f for f in near if f.cost < goal + NEAR_SHARE * way]
-        fine = self._map(
+        fine = self.map(
             lambda f: self._slim(self.problem.fit(f.forms, f.values, f.beta, near=f)), near
         )
         fine = [f for f in fine if _steady(self.problem, f) and _plausible(f, parent)]
