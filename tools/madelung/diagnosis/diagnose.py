@@ -40,7 +40,9 @@ DEGREE_RICH = 13
 DEGREE_MORE = 2
 """Train records may show so much more of f0's bend than the slow loop did."""
 SEARCH_ROWS = 32_000
-"""The search runs on the heads of longer records; its result is fitted to all rows."""
+FURTHER_ROWS = 128_000
+"""The search runs on the heads of longer records; from its result it goes on with more rows, if
+these show more; and what it comes to is fitted to all rows."""
 
 
 @dataclass(frozen=True)
@@ -97,7 +99,7 @@ def diagnose(case: Case, options: Options, progress: Progress = lambda _: None) 
     baseline = _baseline(problem, options.model, by_degree)
     gap = _train_gap(problem, baseline)
     good = _good_enough(gap, options)
-    heads = problem.with_traces(_heads(problem.traces))
+    heads = problem.with_traces(_heads(problem.traces, SEARCH_ROWS))
     engine, search, outsider = _search(problem, heads, case, baseline, options, progress, good)
     verdict = judge(engine, search, train_excess(problem, baseline), outsider)
     if good:
@@ -242,7 +244,7 @@ def _search(
 ) -> tuple[Engine, Search, Fit | None]:
     """The result, its engine, and what is outside the vocabulary and explains more."""
     fixed, values = known_forms(case, problem.scales)
-    given, measured, settled = monitored(case, problem, options.jobs)
+    given, measured, settled = monitored(case, heads, options.jobs)
     values = values | measured
     base = (*fixed, *given)
     barred = {*case.exclude, *settled, *(f.effect for f in fixed)}
@@ -255,9 +257,11 @@ def _search(
     rough = Engine(heads, free, options.jobs, progress, lines)
     found = rough.search(heads.fit(base, values, baseline.beta))
     engine, search = rough, found
-    if heads.rows != problem.rows:
-        start = problem.fit(base, values, found.null.beta)
-        engine, search = _on_all(problem, heads, rough, found, start)
+    longer = problem.with_traces(_heads(problem.traces, FURTHER_ROWS))
+    for more in (longer, problem):
+        if more.rows > engine.problem.rows:
+            start = more.fit(base, values, search.null.beta)
+            engine, search = _on_more(more, engine, search, start, more.rows <= longer.rows)
     progress("comparing with what is outside the vocabulary")
     # What the user rules out gets no name, but no other is named for it either.
     ruled_out = [f for f in forms(problem.scales) if f.effect in case.exclude and not f.refines]
@@ -267,22 +271,22 @@ def _search(
     return engine, engine.proven(search, outsider) if outsider else search, outsider
 
 
-def _on_all(
-    problem: Problem, heads: Problem, rough: Engine, found: Search, start: Fit
+def _on_more(
+    problem: Problem, rough: Engine, found: Search, start: Fit, on: bool
 ) -> tuple[Engine, Search]:
-    """The search's result and its rivals, fitted to all rows; and further where these show more."""
-    rough.progress("fitting to all rows")
+    """The search's result and its rivals, fitted to more rows; and on where these show more."""
+    rough.progress(f"fitting to {problem.rows} rows")
     engine = Engine(problem, rough.forms, rough.jobs, rough.progress, rough.lines)
-    seen = heads.excess_per_row(found.best.residual)
-    return engine, engine.resume(start, found, seen, rough.score)
+    seen = rough.problem.excess_per_row(found.best.residual) if on else None
+    return engine, engine.resume(start, found, rough.score, seen)
 
 
-def _heads(traces: Sequence[Trace]) -> list[Trace]:
-    """Beginnings of the records, so that all together have `SEARCH_ROWS` rows."""
+def _heads(traces: Sequence[Trace], rows: int) -> list[Trace]:
+    """Beginnings of the records, so that all together have about so many rows."""
     total = sum(t.u_V.size for t in traces)
-    if total <= SEARCH_ROWS * 1.3:
+    if total <= rows * 1.3:
         return list(traces)
-    share = SEARCH_ROWS / len(traces)
+    share = rows / len(traces)
     spare = sum(max(share - t.u_V.size, 0.0) for t in traces)
     long = sum(t.u_V.size > share for t in traces)
     limit = int(share + spare / max(long, 1))

@@ -71,6 +71,9 @@ FORMS_MAX = 2
 """Of one effect that are fitted beside others."""
 FINE_MAX = 5
 SIZE_MAX = 3
+PAIR = 2
+ENOUGH_SHARE = 0.01
+"""Of the gap, that may be left when no more is looked for beside two effects, and rivals alone."""
 ROUGH_ITERATIONS = 3
 LOST_ITERATIONS = 4
 STARTS_PER_TRY = 12
@@ -157,9 +160,13 @@ class Engine:
         return self._climb(null, null)
 
     def resume(
-        self, start: Fit, found: Search, seen_before: Array, price: Callable[[Fit], float]
+        self,
+        start: Fit,
+        found: Search,
+        price: Callable[[Fit], float],
+        seen_before: Array | None = None,
     ) -> Search:
-        """A smaller problem's result, fitted to all rows; and on from there where these show more.
+        """A smaller problem's result, fitted to these rows; and on where these show more.
 
         Parameters
         ----------
@@ -167,20 +174,22 @@ class Engine:
             f0 alone on all rows.
         found
             On the smaller problem.
-        seen_before
-            By record, what the smaller problem's result left there above the noise, per row.
         price
             Ranks the smaller problem's fits.
+        seen_before
+            By record, what the smaller problem's result left there above the noise, per row.
+            None: the search ends here, and rivals are near enough to be fitted in a few steps.
         """
+        on = seen_before is not None
         null = self._keep(start)
         best = self._keep(self._again(found.best, ITERATIONS))
         near, far = self._rivals(found, price)
-        again = self.map(lambda f: self._again(f, ITERATIONS), near)
-        again += self.map(lambda f: self._again(f, 1), far)
+        again = self.map(lambda f: self._again(f, ITERATIONS if on else 2), near)
+        again += self.map(lambda f: self._again(f, 1 if on else 0), far)
         for fit in again:  # in their order, not in that of the threads
             self._keep(fit)
         seen = self.problem.excess_per_row(best.residual)
-        if np.any(seen > seen_before + EXCESS_MIN):
+        if seen_before is not None and np.any(seen > seen_before + EXCESS_MIN):
             return self._climb(null, best)
         return Search(null, self._pruned(best, null), self.fits)
 
@@ -206,7 +215,9 @@ class Engine:
     def _climb(self, null: Fit, best: Fit) -> Search:
         beam = [best]
         for size in range(len(best.forms) - len(null.forms) + 1, SIZE_MAX + 1):
-            found = self._expand(beam)
+            if size > PAIR and self._is_enough(best, null):
+                break
+            found = self._expand(beam, null)
             if not found:
                 break
             ranked = self._front(found)
@@ -220,8 +231,6 @@ class Engine:
             if self.accepted(best, ranked[0], null):
                 best = ranked[0]
             elif not alone:
-                break
-            if size > 1 and self._is_clean(best):
                 break
             beam = self._front(ranked)[: BEAM if size == 1 else 1]
         return Search(null, self._pruned(best, null), self.fits)
@@ -303,12 +312,11 @@ class Engine:
 
     # -- one level ----------------------------------------------------------------------------
 
-    def _expand(self, beam: list[Fit]) -> list[Fit]:
+    def _expand(self, beam: list[Fit], null: Fit) -> list[Fit]:
         found: dict[frozenset[str], Fit] = {}
         for parent in beam:
             whole = min(found.values(), key=self.score, default=parent)
-            clean = self._is_clean(whole)
-            if clean and not parent.effects <= whole.effects:
+            if self._is_clean(whole) and not parent.effects <= whole.effects:
                 continue  # what explains everything is not looked for beside something else
             names = " + ".join(sorted(parent.effects)) or "f0 alone"
             self.progress(f"adding an effect to {names}")
@@ -316,13 +324,18 @@ class Engine:
             # A child that is no better than this parent was not fitted well from another one.
             seen = {key for key, fit in found.items() if fit.cost < parent.cost}
             free = [f for f in [*self.forms, *self._lines(full)] if not f.refines]
-            # Beside what explains everything only what may explain as much is of interest.
-            goal = whole.cost if clean else None
+            # Beside what leaves next to nothing only what may leave as little is of interest.
+            goal = whole.cost if self._is_enough(whole, null) else None
             for fit in self._children(full, free, seen, goal):
                 key = fit.effects
                 if key not in found or self.score(fit) < self.score(found[key]):
                     found[key] = fit
         return [self._keep(f) for f in found.values()]
+
+    def _is_enough(self, fit: Fit, null: Fit) -> bool:
+        """Whether what is left is too little to look for what explains more."""
+        left, gap = (float(self.problem.excess(f.residual).sum()) for f in (fit, null))
+        return self._is_clean(fit) or left < ENOUGH_SHARE * gap
 
     def _is_clean(self, fit: Fit) -> bool:
         """Whether no record has more than noise left."""
