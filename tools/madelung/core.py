@@ -207,6 +207,8 @@ class Core:
             raise InputError(f"the model cannot be run: {what}: {_ERRORS[status]}")
 
     def _array(self, values: ArrayLike) -> NDArray[np.floating[Any]]:
+        if self._dtype == np.float64:
+            return np.ascontiguousarray(values, dtype=np.float64).reshape(-1)
         with np.errstate(over="ignore"):  # the core refuses the infinity
             return np.ascontiguousarray(values, dtype=self._dtype).reshape(-1)
 

@@ -475,7 +475,7 @@ class Runner(Core):
         ahead = int(self._dtype == np.float64 and 0 < path.delay_s < step_s)
         self._lib.batch_clear_blocks(self._batch)  # of the path before, which may not pass
         self._set_f0(path.f0)
-        late = path.but(delay_s=path.delay_s + ahead * step_s)
+        late = path.but(delay_s=path.delay_s + step_s) if ahead else path
         self._set_blocks(discretise(late, step_s, substeps))
         u_V = np.asarray(u_V)
         u = self._array(np.append(u_V, u_V[-1:]) if ahead else u_V)

@@ -185,6 +185,4 @@ def save_figure(path: Path, figure: Figure) -> None:
     if path.suffix.lower() != ".png":
         raise InputError(f"{path}: pictures are PNG: give a name that ends in .png")
     with replacing(path) as part:
-        figure.savefig(
-            part, format="png", metadata={"Software": None}, pil_kwargs={"optimize": True}
-        )
+        figure.savefig(part, format="png", metadata={"Software": None})
