@@ -82,8 +82,9 @@ coverage: .venv/.done ## print the line coverage of firmware/core; fails below 1
 test-target: all ## compare the bits of an emulated AVR and Cortex-M4F with the PC's
 	@tools/run_pytest.sh test-target tests/target
 
-bench: all ## what a step costs beside the paper's algorithm: time on emulated machines and here, memory, stack
+bench: all ## what a step costs beside the paper's algorithm, time, memory, stack; what a diagnosis costs
 	@.venv/bin/python tests/target/bench.py
+	@.venv/bin/python tests/python/bench_diagnose.py
 
 test-python: all ## run the tests in Python
 	@tools/apt.sh chromium chromium-driver

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import os
+import subprocess
+import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -290,3 +292,12 @@ def test_a_replacement_that_fails_is_said(tmp_path: Path, monkeypatch: pytest.Mo
     with pytest.raises(InputError, match="cannot be written: Read-only file system"):
         write_atomically(tmp_path / "model.json", "{}")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_blas_is_held_to_one_thread_before_numpy_is_loaded() -> None:
+    told = (
+        "import os, sys, madelung.commands; "
+        "sys.exit('numpy' in sys.modules or os.environ['OPENBLAS_NUM_THREADS'] != '1')"
+    )
+    bare = {k: v for k, v in os.environ.items() if not k.endswith("_NUM_THREADS")}
+    assert subprocess.run([sys.executable, "-c", told], env=bare).returncode == 0

@@ -364,6 +364,15 @@ def test_the_monitor_settles_the_input_box(tmp_path: Path) -> None:
     assert parameters(found, "amplifier_lag")["corner_hz"] == pytest.approx(true, rel=0.03)
 
 
+def test_the_monitor_settles_a_delay_of_the_drive(tmp_path: Path) -> None:
+    """Not as the lag that it may be taken for where a delay is not thought of."""
+    late_s = written(tmp_path / "case", "delay")["parameters"]["delay"]["delay_s"]
+    for path in (tmp_path / "case").rglob("*.csv"):
+        change(path, u_meas_V=lambda f: np.interp(f["t_s"] - late_s, f["t_s"], f["u_V"]))
+    found = content(tmp_path / "case")
+    assert named(found) == {"delay"}
+
+
 def test_a_sound_monitor_clears_the_amplifier(tmp_path: Path) -> None:
     every = few("train/decaying", "train/multisine", "holdout/multisine")
     written(tmp_path / "case", "gain_offset", monitor=True, every=every)
@@ -392,6 +401,20 @@ def test_known_parameters_are_kept_and_excluded_effects_are_not_tried(tmp_path: 
     assert parameters(found, "gain_offset")["gain"] == told["gain"]
     assert found["shrink"]["closable_closed"] > 0.95
     assert not {"gain_offset", "creep"} & set(found["detectable"])
+
+
+def test_long_records_are_searched_in_steps_and_fitted_to_the_end(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As if a tenth of the rows were enough to search, and a third to go on."""
+    labels = written(tmp_path / "case", "backlash")
+    whole = content(tmp_path / "case")
+    for limit, rows in (("SEARCH_ROWS", 1200), ("FURTHER_ROWS", 3000)):
+        monkeypatch.setattr(f"madelung.diagnosis.diagnose.{limit}", rows)
+    stepwise = content(tmp_path / "case")
+    assert named(stepwise) == named(whole) == {"backlash"}
+    told = labels["parameters"]["backlash"]["dead_band_um"]
+    assert parameters(stepwise, "backlash")["dead_band_um"] == pytest.approx(told, rel=0.05)
 
 
 def test_without_holdout_whole_records_are_set_aside(quiet: Path, tmp_path: Path) -> None:

@@ -22,7 +22,7 @@ from madelung.diagnosis.holdout import (
 from madelung.diagnosis.noise import Noise, estimate_noise, proven_fall
 from madelung.diagnosis.verdict import Verdict, judge
 from madelung.diagnosis.where import Region
-from madelung.diagnosis.which import Engine, Search, _peaks, _steady
+from madelung.diagnosis.which import Engine, Search, _driven, _peaks, _steady
 from madelung.path import Mode, Runner, SignalPath
 from madelung.records import make_record
 
@@ -381,6 +381,26 @@ def test_lines_are_projected_out_of_the_share_alone() -> None:
     assert told["closable_closed"] == pytest.approx(1.0, abs=0.01)
 
 
+def test_a_floor_that_is_not_well_known_widens_the_interval_of_the_share() -> None:
+    n = 4000
+    t = np.arange(n) * 1e-3
+    made = Prediction(
+        trace(
+            "later", 20.0 + np.sin(t), 0.01 * RNG(1).standard_normal(n) + 0.02 * np.sin(9 * t), 1e-3
+        ),
+        np.zeros(n),
+        0.02 * np.sin(9 * t),
+    )
+    vague = ((0.2e-4**2,),)  # of white_um^2 = 1e-4, a fifth of it
+    sure, unsure = (
+        shrink([made], Noise(0.01, 0.0, 1.0, 10**6, True, covariance=c), [], 0)[
+            "closable_closed_ci95"
+        ]
+        for c in ((), vague)
+    )
+    assert unsure[1] - unsure[0] > 1.5 * (sure[1] - sure[0])
+
+
 # -- search -------------------------------------------------------------------------------------
 
 
@@ -528,6 +548,28 @@ def test_a_line_at_half_a_records_rate_is_fitted_and_counts_as_steady() -> None:
     assert np.hypot(fit.values["cos0:fast"], fit.values["sin0:fast"]) == pytest.approx(0.1, rel=0.1)
     assert abs(fit.values["sin0:biased"]) < 0.1
     assert _steady(seen, fit)
+
+
+def test_what_slow_records_show_folded_to_the_bottom_is_a_drift_and_no_line() -> None:
+    def one(name: str, hz: float, size: float) -> Trace:
+        t = np.arange(6000) / hz
+        y = size * (1.0 - np.exp(-t / 2.0)) + 0.003 * RNG(int(hz)).standard_normal(t.size)
+        return trace(name, 20.0 + np.sin(t), y, 1 / hz)
+
+    records = [one("slow", 500.0, 0.3), one("middle", 1000.0, 0.3), one("fast", 5000.0, 0.0)]
+    posed = problem(records)
+    lines = line_form((2000.0,), tuple(t.name for t in records), SCALES)
+    assert not _steady(posed, posed.fit((lines,), lines.starts(SCALES)[0], np.zeros(4)))
+
+
+def test_a_line_of_the_command_is_no_disturbance_where_a_model_may_be_wrong_by_it() -> None:
+    t = np.arange(8000) * 1e-3
+    sine = trace("sine", 20.0 + 15.0 * np.sin(2 * np.pi * 10.0 * t), t, 1e-3)
+    broad = trace("broad", 20.0 + 5.0 * RNG(3).standard_normal(t.size), t, 1e-3)
+    assert _driven(sine, 10.0, 1.0)
+    assert not _driven(sine, 10.0, 10.0), "larger than any model's error"
+    assert not _driven(sine, 13.0, 0.1)
+    assert not _driven(broad, 10.0, 0.01), "every frequency is as good as its neighbours"
 
 
 def test_two_causes_of_which_neither_shows_alone_are_found_together() -> None:
