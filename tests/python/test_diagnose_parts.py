@@ -401,6 +401,25 @@ def test_a_floor_that_is_not_well_known_widens_the_interval_of_the_share() -> No
     assert unsure[1] - unsure[0] > 1.5 * (sure[1] - sure[0])
 
 
+def test_the_floor_is_no_more_than_what_is_left() -> None:
+    n = 2000
+    u = 20.0 + np.sin(np.arange(n) * 0.01)
+    y = 0.01 * RNG(2).standard_normal(n) + 0.01 * np.sin(np.arange(n) * 0.05)
+    made = Prediction(trace("later", u, y, 1e-3), np.zeros(n), y - 0.01 * RNG(2).standard_normal(n))
+    vague = Noise(0.01, 0.0, 1.0, 1000, known=False)
+    low, high = shrink([made], vague, [], 0)["closable_closed_ci95"]
+    assert 0.5 < low < 1.0 and high < 1.2
+
+
+def test_the_noises_uncertainty_does_not_depend_on_the_unit() -> None:
+    shares = []
+    for unit in (1.0, 1e-3):
+        u = loop()
+        y = Runner(0.0, 40.0).run(PATH, u, 0.005) + 0.02 * sensor_noise(u.size, 0.9, 0.005, 3)
+        shares.append(estimate_noise(trace("slow", u, unit * y, 0.005, "identify")).power_error())
+    assert shares[1] == pytest.approx(shares[0], rel=0.2)
+
+
 # -- search -------------------------------------------------------------------------------------
 
 
@@ -479,6 +498,40 @@ def form(effect: str) -> Form:
 def test_noise_alone_is_no_gap() -> None:
     found = verdict(standing(None, 1.0), gap_excess=0.0)
     assert (found.status, found.effects, found.candidates) == ("no_gap", [], [])
+
+
+def test_what_is_outdone_by_something_without_a_name_is_unknown() -> None:
+    null = standing(None, 1.01)
+    engine = Engine(PLAIN, FORMS, 1, lambda _: None)
+    told = judge(engine, Search(null, null, {null.effects: null}), 1e6, 400.0)
+    assert (told.status, told.effects) == ("unknown", []) and told.confidence > 0.5
+
+
+def test_an_effect_must_be_proven_against_f0_alone_after_others_were_dropped() -> None:
+    """A pair may be accepted at once; neither of the two is for that."""
+    null = standing(None, 1.0)
+    n = PLAIN.rows
+    wave = np.sqrt(2 / n) * np.sin(np.arange(n) * 0.05)
+    null = replace(null, residual=null.residual + np.sqrt(230.0) * wave)
+    both = replace(
+        standing(form("delay"), 1.0),
+        forms=(form("delay"), form("backlash")),
+        values=acting(form("delay")) | acting(form("backlash")),
+    )
+    engine = Engine(PLAIN, FORMS, 1, lambda _: None)
+    engine.fits = {null.effects: null, both.effects: both}
+    left = engine._pruned(both, null)
+    assert not left.effects or engine.accepted(null, left, null)
+
+
+def test_a_known_effect_asks_no_more_of_the_first_that_joins_it() -> None:
+    given = form("delay")
+    fixed = replace(given, params=tuple(replace(p, low=1e-4, high=1e-4) for p in given.params))
+    engine = Engine(PLAIN, FORMS, 1, lambda _: None)
+    alone, known, fitted = (
+        replace(standing(None, 1.0), forms=forms_) for forms_ in ((), (fixed,), (given,))
+    )
+    assert engine._gain_min(known) == engine._gain_min(alone) < engine._gain_min(fitted)
 
 
 def test_clean_effect_without_rivals_is_identified() -> None:

@@ -208,6 +208,16 @@ def test_single_clipped_peaks_of_a_ringing_are_found_free_and_equal_peaks_are_no
     assert found(ringing(1200, 5.0, np.inf)) == []  # all its periods are equal
 
 
+def test_plateaus_and_a_drive_that_clips_are_no_clipped_peaks() -> None:
+    rng = np.random.default_rng(5)
+    levels = np.repeat([100.0, 20.0, 100.0, 45.0, 100.0, 10.0, 100.0, 60.0, 100.0, 30.0], 200)
+    jumps = rng.uniform(0.0, 120.0, 2000)
+    for u, top in ((levels, 200.0), (jumps, 90.0)):
+        y = np.round(40.0 * np.minimum(u, top) + 0.1 * rng.standard_normal(u.size))
+        record = make_record("r", {"t_s": np.arange(u.size) * 1e-3, "u_V": u, "y_um": y})
+        assert not [f for f in record.faults if f.kind == "clipped" and f.last - f.first < 4]
+
+
 def test_faulty_rows_are_not_sound_and_are_named_by_file_line() -> None:
     y = Y.copy()
     y[30:41] = y[30]

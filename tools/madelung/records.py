@@ -29,6 +29,8 @@ FLAT_SAMPLES = 5
 """So many equal values of y in a row, while u moves on, are stuck or clipped."""
 FLAT_SHARE = 0.02
 """u must have moved by this share of its range over them, a quarter of it before it turned."""
+REST_SHARE = 0.005
+"""Of its range, that u moves by at most from row to row where it rests."""
 PEAKS_MIN = 4
 PEAKS_SHARE = 0.25
 PEAK_STEPS = 8.0
@@ -330,7 +332,7 @@ def _faults(t: Floats, u: Floats, y: Floats | None) -> Iterator[Fault]:
     if y is not None:
         flat = list(_flat(u, y))
         known = {f.first for f in flat}
-        cut = [f for sign in (1.0, -1.0) for f in _cut_peaks(sign * y) if f.first not in known]
+        cut = [f for sign in (1.0, -1.0) for f in _cut_peaks(u, sign * y) if f.first not in known]
         yield from sorted([*flat, *cut], key=lambda f: f.first)
 
 
@@ -353,10 +355,11 @@ def _flat(u: Floats, y: Floats) -> Iterator[Fault]:
         yield Fault("clipped" if at_end else "stuck", int(first[i]), int(last[i]))
 
 
-def _cut_peaks(y: Floats) -> Iterator[Fault]:
-    """Peaks of y that the end of the sensor's or the converter's range cuts off.
+def _cut_peaks(u: Floats, y: Floats) -> Iterator[Fault]:
+    """Peaks of a ringing, while u rests, that the end of the sensor's range cuts off.
 
-    Also y that repeats itself ends in equal peaks; but then what is beside them is equal, too.
+    Where u moves, equal peaks may be a drive's that clips. Also y that repeats itself ends in equal
+    peaks; but then what is beside them is equal, too.
     """
     step = np.diff(np.unique(y)).min(initial=np.inf)
     near = PEAK_STEPS * step
@@ -366,6 +369,9 @@ def _cut_peaks(y: Floats) -> Iterator[Fault]:
     top = y[first[inner]]
     sides = np.column_stack((y[first[inner] - 1], y[last[inner] + 1]))
     peak = sides.max(axis=1, initial=-np.inf) < top - near
+    peak &= last[inner] - first[inner] < FLAT_SAMPLES - 1
+    still = np.abs(np.diff(u, prepend=u[0])) <= REST_SHARE * np.ptp(u)
+    peak &= still[first[inner]] & still[last[inner]] & still[last[inner] + 1]
     at_end = peak & (top == y.max())
     below = peak & ~at_end & (top >= y.max() - near)
     if np.count_nonzero(at_end) < PEAKS_MIN or np.ptp(sides[at_end], axis=0).min() < near:

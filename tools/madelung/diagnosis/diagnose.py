@@ -100,8 +100,10 @@ def diagnose(case: Case, options: Options, progress: Progress = lambda _: None) 
     gap = _train_gap(problem, baseline)
     good = _good_enough(gap, options)
     heads = problem.with_traces(_heads(problem.traces, SEARCH_ROWS))
-    engine, search, outsider = _search(problem, heads, case, baseline, options, progress, good)
-    verdict = judge(engine, search, train_excess(problem, baseline), outsider)
+    engine, search, outsider, outdone_by = _search(
+        problem, heads, case, baseline, options, progress, good
+    )
+    verdict = judge(engine, search, train_excess(problem, baseline), outdone_by)
     if good:
         verdict = Verdict("no_gap", [], [], 1.0, 0.0, [])
     elif options.check:
@@ -241,18 +243,18 @@ def _search(
     options: Options,
     progress: Progress,
     good: bool,
-) -> tuple[Engine, Search, Fit | None]:
-    """The result, its engine, and what is outside the vocabulary and explains more."""
+) -> tuple[Engine, Search, Fit | None, float | None]:
+    """The result, its engine, and what may not be named and explains more, with its gain."""
     fixed, values = known_forms(case, problem.scales)
     given, measured, settled = monitored(case, heads, options.jobs)
-    values = values | measured
-    base = (*fixed, *given)
+    values = measured | values
+    base = (*fixed, *(f for f in given if f.effect not in {k.effect for k in fixed}))
     barred = {*case.exclude, *settled, *(f.effect for f in fixed)}
     free = [f for f in forms(problem.scales) if f.effect not in barred]
     if options.check or good:
         engine = Engine(problem, free, options.jobs, progress)
         null = problem.fit(base, values, baseline.beta)
-        return engine, Search(null, null, {null.effects: null}), None
+        return engine, Search(null, null, {null.effects: null}), None, None
     lines = "periodic_disturbance" not in barred
     rough = Engine(heads, free, options.jobs, progress, lines)
     found = rough.search(heads.fit(base, values, baseline.beta))
@@ -266,9 +268,11 @@ def _search(
     # What the user rules out gets no name, but no other is named for it either.
     ruled_out = [f for f in forms(problem.scales) if f.effect in case.exclude and not f.refines]
     others = [*outside_forms(problem.scales, problem.traces), *ruled_out]
-    near = replace(found, best=rough.fits.get(search.best.effects, found.best))
-    outsider = rough.outsider(near, others)
-    return engine, engine.proven(search, outsider) if outsider else search, outsider
+    near = replace(found, best=rough.again(search.best))
+    outsider = rough.outsider(near, others, "periodic_disturbance" in case.exclude)
+    if outsider is None:
+        return engine, search, None, None
+    return engine, engine.proven(search, outsider), outsider, rough.gain(near.best, outsider)
 
 
 def _on_more(
@@ -282,15 +286,17 @@ def _on_more(
 
 
 def _heads(traces: Sequence[Trace], rows: int) -> list[Trace]:
-    """Beginnings of the records, so that all together have about so many rows."""
-    total = sum(t.u_V.size for t in traces)
-    if total <= rows * 1.3:
+    """Beginnings of the records, so that all together have about so many rows that are used."""
+    used = [int(t.use.sum()) for t in traces]
+    if sum(used) <= rows * 1.3:
         return list(traces)
     share = rows / len(traces)
-    spare = sum(max(share - t.u_V.size, 0.0) for t in traces)
-    long = sum(t.u_V.size > share for t in traces)
-    limit = int(share + spare / max(long, 1))
-    return [t if t.u_V.size <= limit else t.head(limit) for t in traces]
+    spare = sum(max(share - n, 0.0) for n in used)
+    limit = int(share + spare / max(sum(n > share for n in used), 1))
+    return [
+        t if n <= limit else t.head(int(np.searchsorted(np.cumsum(t.use), limit)) + 1)
+        for t, n in zip(traces, used, strict=True)
+    ]
 
 
 # -- what is told -------------------------------------------------------------------------------

@@ -148,8 +148,8 @@ class Problem:
         n = trace.u_V.size
         fine = np.arange((n - 1) * RESAMPLE_STEPS + 1) / RESAMPLE_STEPS
         u = np.interp(fine, np.arange(n), trace.u_V)
-        # The blocks' own steps stay as they are: finer ones would pass for an effect.
-        substeps = max(1, path.substeps(trace.step_s) // RESAMPLE_STEPS)
+        # The blocks' own steps stay about as they are: finer ones would pass for an effect.
+        substeps = max(1, round(path.substeps(trace.step_s) / RESAMPLE_STEPS))
         kept = self._local.__dict__.setdefault("fine", {})
         key = (path, history.tobytes())  # the places change alone, from start to start
         record = (trace.role, trace.name)

@@ -83,6 +83,7 @@ def _closed(
     pick = rng.integers(n.size, size=(DRAWS, n.size))
     b, a, m = eb[pick].sum(1), ea[pick].sum(1), n[pick].sum(1)
     floors = floor * np.exp(noise.power_error() * rng.standard_normal(DRAWS))
+    floors = np.minimum(floors, a / m)  # noise is part of what is left
     shares = (b - a) / np.maximum(b - floors * m, CLOSABLE_MIN * floor * m)
     low, high = np.percentile(shares, [2.5, 97.5])
     return float((eb.sum() - ea.sum()) / closable), [float(low), float(high)]

@@ -16,6 +16,8 @@ from madelung.diagnosis.which import RIVAL_GAIN, Engine
 
 MONITORED = ("saturation", "slew_limit", "amplifier_lag")
 """Effects that show between the command and the amplifier's monitor, and nowhere else."""
+MISSED_SHARE = 1e-3
+"""Of the range, rms, that a monitor may differ from what is fitted to it."""
 _RENAMED = {"fn_hz": "fn1_hz", "zeta": "zeta1"}
 
 
@@ -70,7 +72,7 @@ def monitored(
     volts = Problem(traces, Noise(white, 0.0, 1.0, rest.size, True), scales, 1)
     # The monitor may be sampled by the sensor's clock, which need not be the command's.
     # A delay shows in it where the drive is late, not where the sensor is.
-    tried = {*MONITORED, "delay", "clock_skew"} - set(case.exclude)
+    tried = {*MONITORED, "delay", "clock_skew"}
     free = [f for f in forms(scales) if f.effect in tried]
     start = volts.fit((), {}, np.array([case.u_min_V, case.range_V / 2]))
     engine = Engine(volts, free, jobs, lambda _: None, lines=False)
@@ -78,7 +80,10 @@ def monitored(
     best = found.best
     others = [f for f in found.fits.values() if not f.effects <= best.effects]
     rivals = [f for f in others if len(f.forms) <= len(best.forms)]
-    if any(engine.gain(f, best) < RIVAL_GAIN for f in rivals):
+    open_ = any(engine.gain(f, best) < RIVAL_GAIN for f in rivals)
+    missed_V = white * float(np.sqrt(np.mean(best.residual**2)))
+    told = engine.is_enough(best, found.null) or missed_V < MISSED_SHARE * scales.range_V
+    if open_ or best.effects & case.exclude or not told:
         return [], {}, set()
     settled = [f for f in best.forms if f.effect != "clock_skew"]
     values = {p.key: best.values[p.key] for f in settled for p in f.params}

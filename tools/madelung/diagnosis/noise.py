@@ -30,6 +30,8 @@ BINS_MAX = 400
 PARTS_MAX = 2
 PART_GAIN = 4.0
 """Log-likelihood that a further coloured part must add: 2 percent by chance."""
+GUESS_ERROR = 0.3
+"""Share of a floor's power that it may well be off by where no cycle repeats."""
 OVERLAP = 0.5
 """Differences of successive cycles overlap: as much is known as from this share of them."""
 START_LEFT = 1e-6
@@ -110,6 +112,8 @@ class Noise:
 
     def power_error(self) -> float:
         """Standard error of the noise's mean square, as a share of it."""
+        if not self.known:
+            return GUESS_ERROR
         if not self.covariance:
             return float(np.sqrt(2 / max(self.samples, 1)))
         # Of `_gradient`'s parameters the first of every part is a power, the other a time.
@@ -349,7 +353,10 @@ def _whittle(d: Array, step_s: float, skip: int, white_min_um: float) -> Noise:
         loss, best = least, richer
     best = replace(best, white_um=max(best.white_um, white_min_um))
     slope = _gradient(best, freq, step_s)
-    covariance = np.linalg.pinv(OVERLAP * (slope * weight) @ slope.T, rcond=1e-12, hermitian=True)
+    told_by = OVERLAP * (slope * weight) @ slope.T
+    size = np.sqrt(np.diag(told_by))  # of um^2 and of a time's logarithm
+    scaled = np.linalg.pinv(told_by / np.outer(size, size), rcond=1e-12, hermitian=True)
+    covariance = scaled / np.outer(size, size)
     told = tuple(tuple(float(c) for c in row) for row in covariance)
     return replace(best, lowest_hz=skip / (n * step_s), covariance=told)
 

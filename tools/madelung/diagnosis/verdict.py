@@ -56,7 +56,7 @@ class Verdict:
 
 
 def judge(
-    engine: Engine, search: Search, gap_excess: float, outsider: Fit | None = None
+    engine: Engine, search: Search, gap_excess: float, outdone_by: float | None = None
 ) -> Verdict:
     """Decide the status.
 
@@ -68,8 +68,9 @@ def judge(
     ----------
     gap_excess
         `train_excess` of the baseline.
-    outsider
-        What explains the records and may not be named (`Engine.outsider`).
+    outdone_by
+        Where something that may not be named explains the records better (`Engine.outsider`): the
+        gain over what had been accepted.
     """
     problem, best = engine.problem, search.best
     left = max(train_excess(problem, best), 0.0)
@@ -81,8 +82,8 @@ def judge(
     effects = sorted(best.effects)
     if clean < 1:
         return Verdict("unknown", [], effects, _capped(_odds(1 / clean)), share, [])
-    if outsider is not None and not effects:
-        sure = _odds(max(engine.gain(best, outsider), 0.0) / GAIN_MIN)
+    if outdone_by is not None and not effects:
+        sure = _odds(max(outdone_by / GAIN_MIN, 1.0))
         return Verdict("unknown", [], [], _capped(sure), min(share, 1.0), [])
     if left <= allowed and gap_excess <= allowed:
         share = 0.0
@@ -188,7 +189,7 @@ def detectable(engine: Engine, null: Fit, forms: list[Form]) -> dict[str, float 
     return out
 
 
-def _smallest_line(problem: Problem) -> float:
+def _smallest_line(problem: Problem) -> float | None:
     """Amplitude of a line, where the noise is strongest, um."""
     trains = [t for t in problem.traces if t.role == "train"]
     wanted = GAIN_MIN + GAIN_PER_PARAM * (1 + 2 * len(trains))
@@ -196,7 +197,7 @@ def _smallest_line(problem: Problem) -> float:
     for t in trains:
         lowest = np.array([LINE_PERIODS / (t.u_V.size * t.step_s)])
         told += int(t.use.sum()) / (2 * float(problem.noise.spectrum(lowest, t.step_s)[0]))
-    return float(np.sqrt(wanted / told))
+    return float(np.sqrt(wanted / told)) if told > 0 else None
 
 
 def _smallest(probe: Probe, form: Form) -> float | None:

@@ -102,6 +102,8 @@ LINE_PROVEN = 4.0
 """Standard errors of its amplitude, in all records together that show it as a line."""
 LINE_SEEN = 8.0
 """... in records where that mean is so many standard errors."""
+BINS_MAX = 2**21
+"""Of a record's spectrum, more than which only its own rows may ask for."""
 STRETCH_ROWS = 64
 OUTSIDE_LEFT = 0.3
 """Share of the accepted effects' excess that what is outside the vocabulary may leave."""
@@ -182,10 +184,10 @@ class Engine:
         """
         on = seen_before is not None
         null = self._keep(start)
-        best = self._keep(self._again(found.best, ITERATIONS))
+        best = self._keep(self.again(found.best))
         near, far = self._rivals(found, price)
-        again = self.map(lambda f: self._again(f, ITERATIONS if on else 2), near)
-        again += self.map(lambda f: self._again(f, 1 if on else 0), far)
+        again = self.map(lambda f: self.again(f, ITERATIONS if on else 2), near)
+        again += self.map(lambda f: self.again(f, 1 if on else 0), far)
         for fit in again:  # in their order, not in that of the threads
             self._keep(fit)
         seen = self.problem.excess_per_row(best.residual)
@@ -208,14 +210,14 @@ class Engine:
                 named |= fit.effects
         return near, far
 
-    def _again(self, fit: Fit, iterations: int) -> Fit:
+    def again(self, fit: Fit, iterations: int = ITERATIONS) -> Fit:
         """Fitted to this problem's rows, from another's solution."""
         return self._slim(self.problem.fit(fit.forms, fit.values, fit.beta, iterations))
 
     def _climb(self, null: Fit, best: Fit) -> Search:
         beam = [best]
         for size in range(len(best.forms) - len(null.forms) + 1, SIZE_MAX + 1):
-            if size > PAIR and self._is_enough(best, null):
+            if size > PAIR and self.is_enough(best, null):
                 break
             found = self._expand(beam, null)
             if not found:
@@ -323,16 +325,17 @@ class Engine:
             full = self.problem.fit(parent.forms, parent.values, parent.beta, iterations=2)
             # A child that is no better than this parent was not fitted well from another one.
             seen = {key for key, fit in found.items() if fit.cost < parent.cost}
-            free = [f for f in [*self.forms, *self._lines(full)] if not f.refines]
+            lines = self._lines(full) if self.lines else []
+            free = [f for f in [*self.forms, *lines] if not f.refines]
             # Beside what leaves next to nothing only what may leave as little is of interest.
-            goal = whole.cost if self._is_enough(whole, null) else None
+            goal = whole.cost if self.is_enough(whole, null) else None
             for fit in self._children(full, free, seen, goal):
                 key = fit.effects
                 if key not in found or self.score(fit) < self.score(found[key]):
                     found[key] = fit
         return [self._keep(f) for f in found.values()]
 
-    def _is_enough(self, fit: Fit, null: Fit) -> bool:
+    def is_enough(self, fit: Fit, null: Fit) -> bool:
         """Whether what is left is too little to look for what explains more."""
         left, gap = (float(self.problem.excess(f.residual).sum()) for f in (fit, null))
         return self._is_clean(fit) or left < ENOUGH_SHARE * gap
@@ -436,21 +439,21 @@ class Engine:
         return [(gain, starts[i]) for gain, i in chosen if gain > 0]
 
     def _lines(self, parent: Fit) -> list[Form]:
-        if not self.lines:
-            return []
         found = _peaks(self.problem, parent.residual)
         names = tuple(t.name for t in self.problem.traces if t.role != "identify")
         return [
             line_form(tuple(found[: k + 1]), names, self.problem.scales) for k in range(len(found))
         ]
 
-    def outsider(self, search: Search, forms: Sequence[Form]) -> Fit | None:
+    def outsider(self, search: Search, forms: Sequence[Form], lines: bool = False) -> Fit | None:
         """What explains the records better than the accepted effects, with no more models.
 
         Parameters
         ----------
         forms
             Of what no verdict names: one of them takes the place of one effect or of all.
+        lines
+            Whether a periodic disturbance is among that.
         """
         best, given = search.best, search.null.effects
         named = best.effects - given
@@ -458,7 +461,8 @@ class Engine:
         found: list[Fit] = []
         for base in (self.fits[key] for key in sorted(bases & self.fits.keys(), key=sorted)):
             parent = self.problem.fit(base.forms, base.values, base.beta, iterations=2)
-            found += self._children(parent, forms, goal=best.cost)
+            more = self._lines(parent) if lines else []
+            found += self._children(parent, [*forms, *more], goal=best.cost)
         better = [f for f in found if self._outdoes(f, best)]
         return min(better, key=self.score, default=None)
 
@@ -468,20 +472,18 @@ class Engine:
         ``outsider`` may come from a part of this problem's rows.
         """
         kept = search.null.effects | (search.best.effects & outsider.effects)
-        if kept not in self.fits:
-            forms = tuple(f for f in search.best.forms if f.effect in kept)
-            self._keep(self.problem.fit(forms, search.best.values, search.best.beta))
-        return replace(search, best=self.fits[kept])
+        rest = tuple(f for f in search.best.forms if f.effect in kept)
+        start = self.fits.get(kept, replace(search.best, forms=rest))
+        return replace(search, best=self._keep(self.again(start)))
 
     def _outdoes(self, other: Fit, best: Fit) -> bool:
         """Whether it comes clearly nearer; or, with fewer models, is not clearly farther off."""
         rows = self.problem.rows
         back = self.gain(other, best)
-        if len(other.forms) < len(best.forms) and back < GAIN_FURTHER:
-            return True
-        extra = max(len(other.params) - len(best.params), 0)
-        clearly = self.gain(best, other) - max(back, 0.0) > GAIN_MIN + GAIN_PER_PARAM * extra
-        if not clearly or other.cost > best.cost:
+        price = GAIN_PER_PARAM * max(len(other.params) - len(best.params), 0)
+        simpler = len(other.forms) < len(best.forms) and back + price < GAIN_FURTHER
+        clearly = self.gain(best, other) - max(back, 0.0) > GAIN_MIN + price
+        if not simpler and not (clearly and other.cost < best.cost):
             return False
         # Curves take from what a model does not do quite right; a cause leaves little.
         cause = all(f.effect in EFFECTS for f in other.forms)
@@ -503,7 +505,7 @@ class Engine:
             return False
         least = CLEAN_VISIBLE if extra <= STIFF_PARAMS else VISIBLE_SHARE
         lone = FURTHER_SHARE if telling[-1] < CLEAN_SHARE else FURTHER_CLEAN_SHARE
-        if old.forms and visible[-1] < lone:
+        if _fitted(old) and visible[-1] < lone:
             return False
         clean = (telling > CLEAN_SHARE) & (visible > least)
         large = (telling > REMAINDER_SHARE) & (visible > VISIBLE_SHARE)
@@ -511,11 +513,12 @@ class Engine:
 
     def _gain_min(self, old: Fit) -> float:
         """Least fall of the cost that one effect more must bring, but for its parameters' price."""
-        if not old.forms:
+        others = _fitted(old)
+        if not others:
             return GAIN_MIN
         left = float(self.problem.excess(old.residual).sum())
         clean = left < EXCESS_MIN * self.problem.rows
-        return GAIN_BESIDE_CLEAN if clean or len(old.forms) > 1 else GAIN_FURTHER
+        return GAIN_BESIDE_CLEAN if clean or others > 1 else GAIN_FURTHER
 
     def _shares(self, old: Fit, new: Fit, null: Fit) -> tuple[Array, Array]:
         """What the richer hypothesis removes, by record and at last of all, as two shares.
@@ -542,11 +545,14 @@ class Engine:
         return float(min(1.0, len(self.forms) * chi2.sf(max(self.gain(old, new), 0.0), extra)))
 
     def _pruned(self, fit: Fit, null: Fit) -> Fit:
-        """Without effects that the others make superfluous."""
-        while len(fit.forms) > 1:
+        """Without effects that the others, or what the case gives, make superfluous."""
+        while len(fit.forms) > len(null.forms):
             smaller = []
-            for form in fit.forms:
+            for form in [f for f in fit.forms if f.effect not in null.effects]:
                 rest = tuple(f for f in fit.forms if f is not form)
+                if len(rest) == len(null.forms):
+                    smaller.append(null)
+                    continue
                 values = {p.key: fit.values[p.key] for f in rest for p in f.params}
                 key = frozenset(f.effect for f in rest)
                 have = self.fits.get(key)
@@ -563,6 +569,11 @@ class Engine:
                 break
             fit = min(needless, key=self.score)
         return fit
+
+
+def _fitted(fit: Fit) -> int:
+    """How many effects are not known to the last parameter."""
+    return sum(any(p.low < p.high for p in f.params) for f in fit.forms)
 
 
 def _plausible(fit: Fit, parent: Fit) -> bool:
@@ -594,20 +605,25 @@ def _steady(problem: Problem, fit: Fit) -> bool:
     traces = {t.name: t for t in problem.traces if t.role == "train"}
     for line in {k.split(":", 1)[0][3:] for k in keys}:
         freq = fit.values[f"freq{line}_hz"]
-        amps, errors = [], []
+        amps, errors, shown = [], [], []
         for name, trace in traces.items():
             amps.append(np.hypot(fit.values[f"cos{line}:{name}"], fit.values[f"sin{line}:{name}"]))
             density = problem.noise.spectrum(np.array([freq]), trace.step_s)[0]
             errors.append(np.sqrt(2 * density / max(int(trace.use.sum()), 1)))
+            # Folded to the bottom it may be drift, at half the rate its phase hides a part.
+            folded, beside = _periods(trace, freq)
             stroke_per_V = problem.scales.stroke_um / problem.scales.range_V
-            if _periods(trace, freq) < LINE_WHOLE or _driven(trace, freq, amps[-1] / stroke_per_V):
-                errors[-1] = np.inf  # mixed with its phase, or with what the command causes
+            if folded < LINE_WHOLE or _driven(trace, freq, amps[-1] / stroke_per_V):
+                errors[-1] = np.inf
+            shown.append(amps[-1] / errors[-1])
+            if beside < LINE_WHOLE:
+                errors[-1] = np.inf
+        if np.linalg.norm(shown) < LINE_PROVEN:
+            return False  # what it explains it explains where it may be something else
         weights = 1 / np.square(errors)
         if not weights.any():
-            return False
+            continue
         typical = float(np.average(amps, weights=weights))
-        if typical < LINE_PROVEN / np.sqrt(weights.sum()):
-            return False  # what it explains it explains where it may be something else
         seen = typical > LINE_SEEN * np.array(errors)
         spread = np.array(amps)[seen] / typical
         if np.any(spread < 1 / LINE_SPREAD) or np.any(spread > LINE_SPREAD):
@@ -615,10 +631,11 @@ def _steady(problem: Problem, fit: Fit) -> bool:
     return True
 
 
-def _periods(trace: Trace, freq_hz: float) -> float:
-    """Of a line in a record, or of its beat with half of the record's rate."""
+def _periods(trace: Trace, freq_hz: float) -> tuple[float, float]:
+    """Of a line as it is folded in a record, and of its beat with half of the record's rate."""
     turns = freq_hz * trace.step_s
-    return float(abs(2 * turns - round(2 * turns)) / 2 * trace.u_V.size)
+    folded = abs(turns - round(turns))
+    return float(folded * trace.u_V.size), float((0.5 - folded) * trace.u_V.size)
 
 
 def _driven(trace: Trace, freq_hz: float, amp_V: float) -> bool:
@@ -647,13 +664,15 @@ def _peaks(problem: Problem, residual: Array) -> list[float]:
 
     A line above half of a record's rate shows in that record where it is folded to.
     """
-    traces = [
+    every = [
         (t, residual[s])
         for t, s in zip(problem.traces, problem.slices, strict=True)
         if t.role != "identify"
     ]
-    length = max(t.u_V.size * t.step_s for t, _ in traces)
+    length = max(t.u_V.size * t.step_s for t, _ in every)
     step_hz = 0.25 / length
+    # A short burst at a high rate would be drawn out to very many bins, and tells little.
+    traces = [(t, r) for t, r in every if 1 / (t.step_s * step_hz) < max(BINS_MAX, 5 * r.size)]
     spectra = []
     for t, r in traces:
         size = max(round(1 / (t.step_s * step_hz)), r.size)
