@@ -676,7 +676,9 @@ def _peaks(problem: Problem, residual: Array) -> list[float]:
     spectra = []
     for t, r in traces:
         size = max(round(1 / (t.step_s * step_hz)), r.size)
-        spectra.append(np.abs(np.fft.rfft(r, size)) ** 2 * 2 / r.size)
+        window = np.hanning(r.size)  # a strong line's side lobes would pass for others
+        power = np.abs(np.fft.rfft(r * window, size)) ** 2
+        spectra.append(power * 2 / float(window @ window))
     bins = np.arange(max(p.size for p in spectra))
     places = [np.minimum(bins % (2 * p.size - 2), -bins % (2 * p.size - 2)) for p in spectra]
     found: list[float] = []
