@@ -34,5 +34,7 @@ def test_picma_split_in_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     assert verdict["status"] in ("identified", "ambiguous", "unknown")
     assert 0.0 < shrink["rms_after_um"] < 1.1 * shrink["rms_before_um"]
     assert found["where"]
+    assert found["verdict"]["effects"] == ["asymmetry"], "what the README says"
+    assert set(found["verdict"]["candidates"]) == {"delay", "amplifier_lag"}
     made = pd.read_csv(tmp_path / "out" / "holdout" / "end.csv")
     assert len(made) == 3000 and made.notna().all().all()

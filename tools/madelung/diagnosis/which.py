@@ -159,7 +159,11 @@ class Engine:
     def search(self, start: Fit) -> Search:
         """From f0 alone to the set of effects that is accepted."""
         null = self._keep(start)
-        return self._climb(null, null)
+        found = self._climb(null, null)
+        # What was given up after a rough fit may yet come as near.
+        for fit in self.map(self.again, self._rivals(found, self.score)[0]):
+            self._keep(fit)
+        return found
 
     def resume(
         self,
@@ -191,7 +195,8 @@ class Engine:
         for fit in again:  # in their order, not in that of the threads
             self._keep(fit)
         seen = self.problem.excess_per_row(best.residual)
-        if seen_before is not None and np.any(seen > seen_before + EXCESS_MIN):
+        more = seen_before is not None and np.any(seen > seen_before + EXCESS_MIN)
+        if more and not self.is_enough(best, null):
             return self._climb(null, best)
         return Search(null, self._pruned(best, null), self.fits)
 
