@@ -310,6 +310,12 @@ _BESIDE = {"asymmetry": _ENVELOPE, "non_masing": _BOUC}
 _SHAPED = {"asymmetry": (1, 3), "non_masing": (2, 4)}
 """Powers of the middle: odd ones break the central symmetry, even ones bend minor loops alone."""
 _SECONDARY = (
+    "rise_skew",
+    "fall_skew",
+    "follow",
+    "bouc_V",
+    "bouc_power",
+    "bouc_gamma",
     "knee_V",
     "knee_power",
     "slew_fall_V_per_s",
@@ -324,6 +330,10 @@ _SECONDARY = (
 """Parameters that do nothing by themselves."""
 
 
+def _acts(path: SignalPath, idle: SignalPath, keys: Sequence[str]) -> bool:
+    return any(getattr(path, k) != getattr(idle, k) for k in keys if k not in _SECONDARY)
+
+
 def path_to_blocks(path: SignalPath, models: Mapping[str, str] | None = None) -> tuple[Block, ...]:
     """The effects of a signal path that act, with their parameters in units.
 
@@ -336,17 +346,15 @@ def path_to_blocks(path: SignalPath, models: Mapping[str, str] | None = None) ->
     idle = SignalPath(path.u_min_V, path.range_V, path.f0)
     found: dict[str, dict[str, Any]] = {}
     for effect, keys in _FIELDS.items():
-        if any(getattr(path, k) != getattr(idle, k) for k in keys if k not in _SECONDARY):
+        if _acts(path, idle, keys):
             found[effect] = {k: float(getattr(path, k)) for k in keys}
     for effect, rows in _SHAPED.items():
         shape = np.zeros((SHAPE_ORDER, SHAPE_ORDER)) if path.shape is None else np.array(path.shape)
         terms = {(k, j): float(shape[k - 1, j - 1]) for k in rows for j in range(1, 5)}
-        beside = {k: getattr(path, k) for k in _BESIDE[effect]}
-        acts = any(beside[k] for k in beside if k in ("rise_V", "fall_V", "bouc_um"))
-        if any(terms.values()) or acts:
+        beside = _BESIDE[effect] if _acts(path, idle, _BESIDE[effect]) else ()
+        if any(terms.values()) or beside:
             found[effect] = {f"g{k}{j}_um": g for (k, j), g in terms.items()}
-        if acts:
-            found[effect] |= beside
+            found[effect] |= {k: getattr(path, k) for k in beside}
     if path.creep:
         found["creep"] = {"modes": [asdict(m) for m in path.creep]}
     if path.modes:

@@ -13,7 +13,7 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.polynomial.legendre import legval
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from madelung.diagnosis.case import Trace
 from madelung.path import CreepMode, Mode, SignalPath
@@ -102,8 +102,22 @@ class Form:
         return {p.key: p.null for p in self.params}
 
 
+def _same_names(params: tuple[Param, ...]) -> Apply:
+    """Parameters that are fields of the signal path under their own keys."""
+    return lambda path, v: path.but(**{p.key: v[p.key] for p in params})
+
+
 def _null_start(form_params: tuple[Param, ...]) -> Starts:
     return lambda _: [{p.key: p.null for p in form_params}]
+
+
+def over_time(trace: Trace, length_s: float, coefficients: ArrayLike) -> Array:
+    """A Legendre series of time, (n,); all its terms but the first vanish at the record's start."""
+    c = np.asarray(coefficients, np.float64)
+    series = np.array([0.0, *c[1:]])
+    z = 2 * trace.t_s / length_s - 1
+    moved: Array = c[0] + legval(z, series) - float(legval(-1.0, series))
+    return moved
 
 
 def forms(s: Scales) -> list[Form]:
@@ -182,7 +196,7 @@ def _input_forms(s: Scales) -> list[Form]:
             "slew limit",
             (slew,),
             lambda _: [{"slew_V_per_s": v} for v in slews],
-            path=lambda path, v: path.but(slew_V_per_s=v["slew_V_per_s"]),
+            path=_same_names((slew,)),
         ),
         Form(
             "slew_limit",
@@ -203,7 +217,7 @@ def _input_forms(s: Scales) -> list[Form]:
             "one pole",
             (corner,),
             lambda _: [{"corner_hz": f} for f in corners],
-            path=lambda path, v: path.but(corner_hz=v["corner_hz"]),
+            path=_same_names((corner,)),
         ),
         Form(
             "amplifier_lag",
@@ -251,18 +265,19 @@ def _shape_form(
 def _envelope_form(side: str, s: Scales) -> Form:
     """A generalised play whose input function differs in one sense of the command."""
     size, skew = f"{side}_V", f"{side}_skew"
+    params = (
+        Param(size, 0.0, 0.2 * s.range_V, scale=0.1 * s.range_V),
+        Param(skew, -1.0, 1.0),
+        Param("follow", 0.0, 1.0),
+    )
     return Form(
         "asymmetry",
         f"generalised play, {'rising' if side == 'rise' else 'falling'} envelope",
-        (
-            Param(size, 0.0, 0.2 * s.range_V, scale=0.1 * s.range_V),
-            Param(skew, -1.0, 1.0),
-            Param("follow", 0.0, 1.0),
-        ),
+        params,
         lambda _: [
             {size: c * s.range_V, skew: 0.0, "follow": f} for c in (0.003, 0.03) for f in (0.0, 1.0)
         ],
-        path=lambda path, v: path.but(**{size: v[size], skew: v[skew]}, follow=v["follow"]),
+        path=_same_names(params),
     )
 
 
@@ -314,6 +329,12 @@ def _hysteresis_forms(s: Scales) -> list[Form]:
     memoryless = ((1, 1), (1, 3), (3, 1))
     branches = ((1, 1), (2, 1), (3, 1), (1, 3), (2, 3))
     minor = ((1, 2), (2, 2), (3, 2), (1, 4))
+    bouc = (
+        Param("bouc_um", -0.5 * s.stroke_um, 0.5 * s.stroke_um, scale=s.stroke_um),
+        Param("bouc_V", 0.02 * s.range_V, 3 * s.range_V, log=True),
+        Param("bouc_power", 1.0, 3.0),
+        Param("bouc_gamma", -0.8, 0.8),
+    )
     dip = Param("start_dip_V", s.u_min_V, s.u_min_V + s.range_V, scale=s.range_V)
     peak = Param("start_peak_V", s.u_min_V, s.u_min_V + s.range_V, scale=s.range_V)
     return [
@@ -327,12 +348,7 @@ def _hysteresis_forms(s: Scales) -> list[Form]:
         Form(
             "non_masing",
             "a part by Bouc and Wen",
-            (
-                Param("bouc_um", -0.5 * s.stroke_um, 0.5 * s.stroke_um, scale=s.stroke_um),
-                Param("bouc_V", 0.02 * s.range_V, 3 * s.range_V, log=True),
-                Param("bouc_power", 1.0, 3.0),
-                Param("bouc_gamma", -0.8, 0.8),
-            ),
+            bouc,
             lambda _: [
                 {
                     "bouc_um": c * s.stroke_um,
@@ -343,12 +359,7 @@ def _hysteresis_forms(s: Scales) -> list[Form]:
                 for k in (0.1, 0.25, 0.5, 1.0)
                 for c in (-0.05, 0.05)
             ],
-            path=lambda path, v: path.but(
-                bouc_um=v["bouc_um"],
-                bouc_V=v["bouc_V"],
-                bouc_power=v["bouc_power"],
-                bouc_gamma=v["bouc_gamma"],
-            ),
+            path=_same_names(bouc),
         ),
         *rate_forms("velocity damping", damping, -0.01 * s.stroke_um),
         *rate_forms("thresholds grow by a share", widening, 0.1),
@@ -436,6 +447,7 @@ def _mechanics_forms(s: Scales) -> list[Form]:
         )
 
     band = Param("dead_band_um", 0.0, 0.2 * s.stroke_um, scale=0.1 * s.stroke_um)
+    sprung = (band, Param("spring_share", 0.0, 0.5))
     bands = [s.stroke_um * float(k) for k in np.geomspace(3e-4, 0.05, 8)]
     grid = [
         {"fn1_hz": f, "zeta1": z}
@@ -469,16 +481,14 @@ def _mechanics_forms(s: Scales) -> list[Form]:
             "dead band",
             (band,),
             lambda _: [{"dead_band_um": w} for w in bands],
-            path=lambda path, v: path.but(dead_band_um=v["dead_band_um"]),
+            path=_same_names((band,)),
         ),
         Form(
             "backlash",
             "dead band, with a spring across it",
-            (band, Param("spring_share", 0.0, 0.5)),
+            sprung,
             lambda _: [{"dead_band_um": w, "spring_share": 0.1} for w in bands],
-            path=lambda path, v: path.but(
-                dead_band_um=v["dead_band_um"], spring_share=v["spring_share"]
-            ),
+            path=_same_names(sprung),
             refines=True,
         ),
     ]
@@ -516,9 +526,7 @@ def _sensor_forms(s: Scales) -> list[Form]:
     )
 
     def bent(y: Array, trace: Trace, v: Values) -> Array:
-        z = 2 * trace.t_s / s.length_max_s - 1
-        series = np.array([0.0, *(v[p.key] for p in bends)])
-        moved: Array = y + legval(z, series) - float(legval(-1.0, series))
+        moved: Array = y + over_time(trace, s.length_max_s, [0.0, *(v[p.key] for p in bends)])
         return moved
 
     def places(trace: Trace, v: Values) -> Array:

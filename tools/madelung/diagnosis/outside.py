@@ -9,16 +9,16 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.polynomial.legendre import legvander
+from numpy.polynomial.polynomial import polyval
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from madelung.diagnosis.case import Trace
-from madelung.diagnosis.forms import Form, Param, Scales, Values
+from madelung.diagnosis.forms import Form, Param, Scales, Values, over_time
 
 Array = NDArray[np.float64]
-Columns = Callable[[Array, Trace], Array]
-"""What a sensor may add to a displacement as a share of the stroke, (n,): terms (count, n)."""
+Added = Callable[[Array, Trace, Array], Array]
+"""What a sensor adds, um, to a displacement as a share of the stroke, (n,), by weights in um."""
 
 OUTSIDE = "outside"
 """In the place of an effect's name."""
@@ -32,12 +32,11 @@ def outside_forms(s: Scales, traces: Sequence[Trace]) -> list[Form]:
     """Every disturbance, for the records of a case."""
     names = [t.name for t in traces if t.role == "train"]
 
-    def gain_in_time(share: Array, trace: Trace) -> Array:
-        moves = _over_time(trace, GAIN_DEGREE, s.length_max_s)
-        return np.vstack([moves, moves * share])
+    def gain_in_time(share: Array, trace: Trace, w: Array) -> Array:
+        return _gain_over(share, trace, w, s.length_max_s)
 
     found = [
-        _sensor("the sensor's gain moves in time", 2 * GAIN_DEGREE + 2, gain_in_time, s),
+        _sensor("the sensor's gain moves in time", 2 * (GAIN_DEGREE + 1), gain_in_time, s),
         _sensor("the sensor's curve has bent", CURVE_DEGREE + 1, _bent, s),
         *(_heating(power, s) for power in (1.0, 2.0)),
     ]
@@ -51,10 +50,8 @@ def outside_forms(s: Scales, traces: Sequence[Trace]) -> list[Form]:
     return found
 
 
-def _sensor(
-    name: str, count: int, columns: Columns, s: Scales, records: Sequence[str] = ()
-) -> Form:
-    """Terms that a sensor adds after the identification; weights in um, if given by record."""
+def _sensor(name: str, count: int, added: Added, s: Scales, records: Sequence[str] = ()) -> Form:
+    """What a sensor adds after the identification, by so many weights, um; if given, by record."""
     keys = {r: [f"outside{k}_um:{r}" for k in range(count)] for r in records or ("",)}
     params = tuple(
         Param(key, -s.stroke_um, s.stroke_um, scale=s.stroke_um)
@@ -66,31 +63,32 @@ def _sensor(
         own = keys.get(trace.name if records else "")
         if trace.role == "identify" or own is None:
             return y
-        seen: Array = y + np.array([v[k] for k in own]) @ columns(y / s.stroke_um, trace)
-        return seen
+        return y + added(y / s.stroke_um, trace, np.array([v[k] for k in own]))
 
     start = {p.key: 0.0 for p in params}
     return Form(OUTSIDE, name, params, lambda _: [start], measure=measure, linear=True)
 
 
-def _over_time(trace: Trace, degree: int, length_s: float) -> Array:
-    """Polynomials of time, (degree + 1, n); all but the first vanish at the start."""
-    rows = legvander(2 * trace.t_s / length_s - 1, degree).T
-    rows[1:] -= legvander(np.array([-1.0]), degree)[0, 1:, None]
-    return np.asarray(rows)
+def _gain_over(share: Array, trace: Trace, weights: Array, length_s: float) -> Array:
+    """An offset and a gain that move in time, by half of the weights each."""
+    offset, gain = (over_time(trace, length_s, w) for w in np.split(weights, 2))
+    return offset + gain * share
 
 
-def _bent(share: Array, trace: Trace) -> Array:
-    return np.array([share**k for k in range(CURVE_DEGREE + 1)])
+def _gain_and_slope(share: Array, trace: Trace, weights: Array) -> Array:
+    return _gain_over(share, trace, weights, _length_s(trace))
 
 
-def _gain_and_slope(share: Array, trace: Trace) -> Array:
-    moves = _over_time(trace, 1, trace.u_V.size * trace.step_s)
-    return np.vstack([moves, moves * share])
+def _wander(_: Array, trace: Trace, weights: Array) -> Array:
+    return over_time(trace, _length_s(trace), weights)
 
 
-def _wander(share: Array, trace: Trace) -> Array:
-    return _over_time(trace, WANDER_DEGREE, trace.u_V.size * trace.step_s)
+def _bent(share: Array, _: Trace, weights: Array) -> Array:
+    return np.asarray(polyval(share, weights))
+
+
+def _length_s(trace: Trace) -> float:
+    return trace.u_V.size * trace.step_s
 
 
 def _heating(power: float, s: Scales) -> Form:
