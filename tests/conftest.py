@@ -6,6 +6,8 @@ Test modules import tests/reference as `reference`.
 import pytest
 from hypothesis import settings
 
+import madelung.commands  # noqa: F401  one BLAS thread, as for users; before numpy is loaded
+
 # "ci": the same examples in every run. For a search: pytest --hypothesis-profile=explore
 settings.register_profile(
     "ci", derandomize=True, print_blob=True, deadline=None, database=None, max_examples=100
