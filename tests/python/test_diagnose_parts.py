@@ -22,7 +22,7 @@ from madelung.diagnosis.holdout import (
 from madelung.diagnosis.noise import Noise, estimate_noise, proven_fall
 from madelung.diagnosis.verdict import Verdict, judge
 from madelung.diagnosis.where import Region
-from madelung.diagnosis.which import Engine, Search, _driven, _peaks, _steady
+from madelung.diagnosis.which import Engine, Outsider, Search, _driven, _peaks, _steady
 from madelung.path import Mode, Runner, SignalPath
 from madelung.records import make_record
 
@@ -503,7 +503,8 @@ def test_noise_alone_is_no_gap() -> None:
 def test_what_is_outdone_by_something_without_a_name_is_unknown() -> None:
     null = standing(None, 1.01)
     engine = Engine(PLAIN, FORMS, 1, lambda _: None)
-    told = judge(engine, Search(null, null, {null.effects: null}), 1e6, 400.0)
+    search = Search(null, null, {null.effects: null})
+    told = judge(engine, search, 1e6, Outsider(standing(None, 1.0), 400.0))
     assert (told.status, told.effects) == ("unknown", []) and told.confidence > 0.5
 
 

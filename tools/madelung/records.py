@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 Floats = NDArray[np.float64]
+Rows = NDArray[np.intp]
 FaultKind = Literal["gap", "duplicate", "jitter", "stuck", "clipped"]
 
 SAMPLES_MIN = 10
@@ -330,16 +331,19 @@ def _faults(t: Floats, u: Floats, y: Floats | None) -> Iterator[Fault]:
     off = np.abs(steps - passed * step) > JITTER_SHARE * step + TIME_RESOLUTION_S
     yield from _runs("jitter", off & (steps > 0.0), 1)
     if y is not None:
-        flat = list(_flat(u, y))
-        known = {f.first for f in flat}
-        cut = [f for sign in (1.0, -1.0) for f in _cut_peaks(u, sign * y) if f.first not in known]
-        yield from sorted([*flat, *cut], key=lambda f: f.first)
+        runs = _equal(y)
+        yield from sorted([*_flat(u, y, runs), *_cut_peaks(u, y, runs)], key=lambda f: f.first)
 
 
-def _flat(u: Floats, y: Floats) -> Iterator[Fault]:
-    """Runs of equal y while u goes on as before; after a turn of u, backlash does the same."""
-    edge = np.flatnonzero(np.diff(np.diff(y) == 0.0, prepend=False, append=False))
-    first, last = edge.reshape(-1, 2).T
+def _equal(y: Floats) -> tuple[Rows, Rows]:
+    """First and last sample of every run of equal values, of one sample or more."""
+    change = np.flatnonzero(np.diff(y) != 0.0)
+    return np.append(0, change + 1), np.append(change, y.size - 1)
+
+
+def _flat(u: Floats, y: Floats, runs: tuple[Rows, Rows]) -> Iterator[Fault]:
+    """Long runs of equal y while u goes on as before; after a turn of u, backlash does the same."""
+    first, last = runs
     long = last - first >= FLAT_SAMPLES - 1
     first, last = first[long], last[long]
     if first.size == 0:
@@ -355,31 +359,32 @@ def _flat(u: Floats, y: Floats) -> Iterator[Fault]:
         yield Fault("clipped" if at_end else "stuck", int(first[i]), int(last[i]))
 
 
-def _cut_peaks(u: Floats, y: Floats) -> Iterator[Fault]:
-    """Peaks of a ringing, while u rests, that the end of the sensor's range cuts off.
+def _cut_peaks(u: Floats, y: Floats, runs: tuple[Rows, Rows]) -> Iterator[Fault]:
+    """Peaks of a ringing, while u rests, that an end of the sensor's range cuts off.
 
     Where u moves, equal peaks may be a drive's that clips. Also y that repeats itself ends in equal
     peaks; but then what is beside them is equal, too.
     """
-    step = np.diff(np.unique(y)).min(initial=np.inf)
-    near = PEAK_STEPS * step
-    change = np.flatnonzero(np.diff(y) != 0.0)
-    first, last = np.append(0, change + 1), np.append(change, y.size - 1)
-    inner = slice(1, -1)
-    top = y[first[inner]]
-    sides = np.column_stack((y[first[inner] - 1], y[last[inner] + 1]))
-    peak = sides.max(axis=1, initial=-np.inf) < top - near
-    peak &= last[inner] - first[inner] < FLAT_SAMPLES - 1
+    first, last = (ends[1:-1] for ends in runs)
     still = np.abs(np.diff(u, prepend=u[0])) <= REST_SHARE * np.ptp(u)
-    peak &= still[first[inner]] & still[last[inner]] & still[last[inner] + 1]
-    at_end = peak & (top == y.max())
-    below = peak & ~at_end & (top >= y.max() - near)
-    if np.count_nonzero(at_end) < PEAKS_MIN or np.ptp(sides[at_end], axis=0).min() < near:
+    short = last - first < FLAT_SAMPLES - 1
+    short &= still[first] & still[last] & still[last + 1]
+    first, last = first[short], last[short]
+    if first.size < PEAKS_MIN:
         return
-    if np.count_nonzero(below) > PEAKS_SHARE * np.count_nonzero(at_end):
-        return
-    for i in np.flatnonzero(at_end) + 1:
-        yield Fault("clipped", int(first[i]), int(last[i]))
+    near = PEAK_STEPS * float(np.diff(np.unique(y)).min())
+    for up in (y, -y):
+        top, highest = up[first], up.max()
+        sides = np.column_stack((up[first - 1], up[last + 1]))
+        peak = sides.max(axis=1) < top - near
+        at_end = peak & (top == highest)
+        below = peak & ~at_end & (top >= highest - near)
+        count = np.count_nonzero(at_end)
+        if count < PEAKS_MIN or np.ptp(sides[at_end], axis=0).min() < near:
+            continue
+        if np.count_nonzero(below) <= PEAKS_SHARE * count:
+            for i in np.flatnonzero(at_end):
+                yield Fault("clipped", int(first[i]), int(last[i]))
 
 
 def _runs(kind: FaultKind, where: NDArray[np.bool_], offset: int) -> Iterator[Fault]:

@@ -28,7 +28,7 @@ from madelung.diagnosis.parameters import Z95, reported
 from madelung.diagnosis.verdict import Verdict, detectable, judge, train_excess
 from madelung.diagnosis.vocabulary import EFFECTS, SIZES
 from madelung.diagnosis.where import Region, locate
-from madelung.diagnosis.which import Engine, Progress, Search
+from madelung.diagnosis.which import Engine, Outsider, Progress, Search
 from madelung.model import DEGREE_MAX, Model
 
 Array = NDArray[np.float64]
@@ -100,10 +100,8 @@ def diagnose(case: Case, options: Options, progress: Progress = lambda _: None) 
     gap = _train_gap(problem, baseline)
     good = _good_enough(gap, options)
     heads = problem.with_traces(_heads(problem.traces, SEARCH_ROWS))
-    engine, search, outsider, outdone_by = _search(
-        problem, heads, case, baseline, options, progress, good
-    )
-    verdict = judge(engine, search, train_excess(problem, baseline), outdone_by)
+    engine, search, outsider = _search(problem, heads, case, baseline, options, progress, good)
+    verdict = judge(engine, search, train_excess(problem, baseline), outsider)
     if good:
         verdict = Verdict("no_gap", [], [], 1.0, 0.0, [])
     elif options.check:
@@ -243,18 +241,19 @@ def _search(
     options: Options,
     progress: Progress,
     good: bool,
-) -> tuple[Engine, Search, Fit | None, float | None]:
-    """The result, its engine, and what may not be named and explains more, with its gain."""
+) -> tuple[Engine, Search, Outsider | None]:
+    """The result, its engine, and what may not be named and explains more."""
     fixed, values = known_forms(case, problem.scales)
     given, measured, settled = monitored(case, heads, options.jobs)
     values = measured | values
     base = (*fixed, *(f for f in given if f.effect not in {k.effect for k in fixed}))
     barred = {*case.exclude, *settled, *(f.effect for f in fixed)}
-    free = [f for f in forms(problem.scales) if f.effect not in barred]
+    every = forms(problem.scales)
+    free = [f for f in every if f.effect not in barred]
     if options.check or good:
         engine = Engine(problem, free, options.jobs, progress)
         null = problem.fit(base, values, baseline.beta)
-        return engine, Search(null, null, {null.effects: null}), None, None
+        return engine, Search(null, null, {null.effects: null}), None
     lines = "periodic_disturbance" not in barred
     rough = Engine(heads, free, options.jobs, progress, lines)
     found = rough.search(heads.fit(base, values, baseline.beta))
@@ -266,13 +265,13 @@ def _search(
             engine, search = _on_more(more, engine, search, start, more.rows <= longer.rows)
     progress("comparing with what is outside the vocabulary")
     # What the user rules out gets no name, but no other is named for it either.
-    ruled_out = [f for f in forms(problem.scales) if f.effect in case.exclude and not f.refines]
+    ruled_out = [f for f in every if f.effect in case.exclude and not f.refines]
     others = [*outside_forms(problem.scales, problem.traces), *ruled_out]
-    near = replace(found, best=rough.again(search.best))
-    outsider = rough.outsider(near, others, "periodic_disturbance" in case.exclude)
-    if outsider is None:
-        return engine, search, None, None
-    return engine, engine.proven(search, outsider), outsider, rough.gain(near.best, outsider)
+    best = search.best if engine is rough else rough.again(search.best)
+    outsider = rough.outsider(
+        replace(found, best=best), others, "periodic_disturbance" in case.exclude
+    )
+    return engine, engine.proven(search, outsider) if outsider else search, outsider
 
 
 def _on_more(
@@ -381,9 +380,9 @@ def _predictions(problem: Problem, case: Case, baseline: Fit, best: Fit) -> list
     return predict(everything, baseline, best)
 
 
-def _told(outsider: Fit, verdict: Verdict) -> str:
+def _told(outsider: Outsider, verdict: Verdict) -> str:
     proven = {*verdict.effects, *verdict.candidates}
-    others = [f for f in outsider.forms if f.effect not in proven]
+    others = [f for f in outsider.fit.forms if f.effect not in proven]
     return ", ".join(f.name if f.effect == OUTSIDE else f.effect for f in others)
 
 
@@ -393,7 +392,7 @@ def _warnings(
     verdict: Verdict,
     options: Options,
     good: bool,
-    outsider: Fit | None,
+    outsider: Outsider | None,
 ) -> list[str]:
     said = []
     if good:

@@ -78,9 +78,7 @@ def monitored(
     engine = Engine(volts, free, jobs, lambda _: None, lines=False)
     found = engine.search(start)
     best = found.best
-    others = [f for f in found.fits.values() if not f.effects <= best.effects]
-    rivals = [f for f in others if len(f.forms) <= len(best.forms)]
-    open_ = any(engine.gain(f, best) < RIVAL_GAIN for f in rivals)
+    open_ = any(engine.gain(f, best) < RIVAL_GAIN for f in engine.alternatives(found))
     missed_V = white * float(np.sqrt(np.mean(best.residual**2)))
     told = engine.is_enough(best, found.null) or missed_V < MISSED_SHARE * scales.range_V
     if open_ or best.effects & case.exclude or not told:

@@ -18,8 +18,10 @@ from madelung.diagnosis.which import (
     GAIN_MIN,
     GAIN_PER_PARAM,
     HOPELESS,
+    PAIR,
     RIVAL_GAIN,
     Engine,
+    Outsider,
     Search,
 )
 
@@ -32,9 +34,8 @@ RIVAL_EXCESS = 1.3
 is larger by this factor."""
 REMAINDER_MAX = 0.05
 REMAINDER_MANY = 0.01
-"""Share of the gap that may stay unexplained; beside more than `MANY` effects, whose sum may as
+"""Share of the gap that may stay unexplained; beside more than a pair of effects, whose sum may as
 well be a curve through something else."""
-MANY = 2
 CONFIDENCE_MAX = 0.99
 LINE_PERIODS = 3
 """Periods of a disturbance that a record must hold at least."""
@@ -56,7 +57,7 @@ class Verdict:
 
 
 def judge(
-    engine: Engine, search: Search, gap_excess: float, outdone_by: float | None = None
+    engine: Engine, search: Search, gap_excess: float, outsider: Outsider | None = None
 ) -> Verdict:
     """Decide the status.
 
@@ -68,22 +69,21 @@ def judge(
     ----------
     gap_excess
         `train_excess` of the baseline.
-    outdone_by
-        Where something that may not be named explains the records better (`Engine.outsider`): the
-        gain over what had been accepted.
+    outsider
+        What explains the records and may not be named.
     """
     problem, best = engine.problem, search.best
     left = max(train_excess(problem, best), 0.0)
     allowed = _allowed([t for t in problem.traces if t.role == "train"], problem)
     share = left / max(gap_excess, 1.0)
     named = best.effects - search.null.effects
-    most = REMAINDER_MAX if len(named) <= MANY else REMAINDER_MANY
+    most = REMAINDER_MAX if len(named) <= PAIR else REMAINDER_MANY
     clean = max(allowed / max(left, 1.0), most / max(share, 1e-9))
     effects = sorted(best.effects)
     if clean < 1:
         return Verdict("unknown", [], effects, _capped(_odds(1 / clean)), share, [])
-    if outdone_by is not None and not effects:
-        sure = _odds(max(outdone_by / GAIN_MIN, 1.0))
+    if outsider is not None and not effects:
+        sure = _odds(max(outsider.gain / GAIN_MIN, 1.0))
         return Verdict("unknown", [], [], _capped(sure), min(share, 1.0), [])
     if left <= allowed and gap_excess <= allowed:
         share = 0.0
@@ -122,11 +122,7 @@ def _rivals(engine: Engine, search: Search) -> list[Fit]:
     best, problem = search.best, engine.problem
     floor = problem.rows + _allowed(problem.traces, problem)
     found = []
-    for fit in sorted(search.fits.values(), key=engine.score):
-        if fit.effects == best.effects or not fit.effects or len(fit.forms) > len(best.forms):
-            continue
-        if fit.effects <= best.effects:
-            continue
+    for fit in engine.alternatives(search):
         close = engine.gain(fit, best) < RIVAL_GAIN
         alike = best.cost > floor and fit.cost - floor < RIVAL_EXCESS * (best.cost - floor)
         if close or alike:

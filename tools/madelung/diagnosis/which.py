@@ -132,6 +132,22 @@ class Search:
     fits: dict[frozenset[str], Fit]
 
 
+@dataclass(frozen=True)
+class Outsider:
+    """What no verdict names, and explains the records better than the accepted effects.
+
+    Attributes
+    ----------
+    fit
+        The hypothesis, fitted to the rows that were searched.
+    gain
+        Over the accepted one.
+    """
+
+    fit: Fit
+    gain: float
+
+
 class Engine:
     """Fits many hypotheses on a problem, side by side.
 
@@ -307,7 +323,9 @@ class Engine:
         by_gain, by_fall = (sorted(range(len(starts)), key=lambda i: -worths[i][k]) for k in (0, 1))
         best = list(dict.fromkeys([*by_gain[:EXCHANGE_TRIES], *by_fall[:1]]))
         rough = min(
-            self.map(lambda i: self.problem.fit(forms, starts[i], fit.beta, 3), best),
+            self.map(
+                lambda i: self.problem.fit(forms, starts[i], fit.beta, ROUGH_ITERATIONS), best
+            ),
             key=lambda f: f.cost,
         )
         if rough.cost > fit.cost + EXCHANGE_SLACK * abs(fit.cost - self.problem.rows):
@@ -450,7 +468,15 @@ class Engine:
             line_form(tuple(found[: k + 1]), names, self.problem.scales) for k in range(len(found))
         ]
 
-    def outsider(self, search: Search, forms: Sequence[Form], lines: bool = False) -> Fit | None:
+    def alternatives(self, search: Search) -> list[Fit]:
+        """Other hypotheses of no more effects than the best, by their score."""
+        best = search.best
+        found = [f for f in search.fits.values() if not f.effects <= best.effects]
+        return sorted((f for f in found if len(f.forms) <= len(best.forms)), key=self.score)
+
+    def outsider(
+        self, search: Search, forms: Sequence[Form], lines: bool = False
+    ) -> Outsider | None:
         """What explains the records better than the accepted effects, with no more models.
 
         Parameters
@@ -469,14 +495,17 @@ class Engine:
             more = self._lines(parent) if lines else []
             found += self._children(parent, [*forms, *more], goal=best.cost)
         better = [f for f in found if self._outdoes(f, best)]
-        return min(better, key=self.score, default=None)
+        if not better:
+            return None
+        nearest = min(better, key=self.score)
+        return Outsider(nearest, self.gain(best, nearest))
 
-    def proven(self, search: Search, outsider: Fit) -> Search:
+    def proven(self, search: Search, outsider: Outsider) -> Search:
         """The search's result without the effects in whose place something outside explains more.
 
         ``outsider`` may come from a part of this problem's rows.
         """
-        kept = search.null.effects | (search.best.effects & outsider.effects)
+        kept = search.null.effects | (search.best.effects & outsider.fit.effects)
         rest = tuple(f for f in search.best.forms if f.effect in kept)
         start = self.fits.get(kept, replace(search.best, forms=rest))
         return replace(search, best=self._keep(self.again(start)))
@@ -607,33 +636,38 @@ def _steady(problem: Problem, fit: Fit) -> bool:
     """
     forms = [f for f in fit.forms if f.effect == "periodic_disturbance"]
     keys = [k for f in forms for k in f.keys if k.startswith("cos")]
-    traces = {t.name: t for t in problem.traces if t.role == "train"}
+    traces = [t for t in problem.traces if t.role == "train"]
     for line in {k.split(":", 1)[0][3:] for k in keys}:
-        freq = fit.values[f"freq{line}_hz"]
-        amps, errors, shown = [], [], []
-        for name, trace in traces.items():
-            amps.append(np.hypot(fit.values[f"cos{line}:{name}"], fit.values[f"sin{line}:{name}"]))
-            density = problem.noise.spectrum(np.array([freq]), trace.step_s)[0]
-            errors.append(np.sqrt(2 * density / max(int(trace.use.sum()), 1)))
-            # Folded to the bottom it may be drift, at half the rate its phase hides a part.
-            folded, beside = _periods(trace, freq)
-            stroke_per_V = problem.scales.stroke_um / problem.scales.range_V
-            if folded < LINE_WHOLE or _driven(trace, freq, amps[-1] / stroke_per_V):
-                errors[-1] = np.inf
-            shown.append(amps[-1] / errors[-1])
-            if beside < LINE_WHOLE:
-                errors[-1] = np.inf
+        told = [_amplitude(problem, fit, line, t) for t in traces]
+        amps, shown, errors = np.array(told).T
         if np.linalg.norm(shown) < LINE_PROVEN:
             return False  # what it explains it explains where it may be something else
         weights = 1 / np.square(errors)
         if not weights.any():
             continue
         typical = float(np.average(amps, weights=weights))
-        seen = typical > LINE_SEEN * np.array(errors)
-        spread = np.array(amps)[seen] / typical
+        spread = amps[typical > LINE_SEEN * errors] / typical
         if np.any(spread < 1 / LINE_SPREAD) or np.any(spread > LINE_SPREAD):
             return False
     return True
+
+
+def _amplitude(problem: Problem, fit: Fit, line: str, trace: Trace) -> tuple[float, float, float]:
+    """Of a line in a record: um; in standard errors, 0 where it may be something else; its error.
+
+    Folded to the bottom it may be drift, and a line of the command the model's error. At half the
+    record's rate it is a line, but its phase hides a part: the error is infinite, as in those.
+    """
+    freq = fit.values[f"freq{line}_hz"]
+    cos, sin = (fit.values[f"{part}{line}:{trace.name}"] for part in ("cos", "sin"))
+    amp = float(np.hypot(cos, sin))
+    density = problem.noise.spectrum(np.array([freq]), trace.step_s)[0]
+    error = float(np.sqrt(2 * density / max(int(trace.use.sum()), 1)))
+    folded, beside = _periods(trace, freq)
+    range_per_um = problem.scales.range_V / problem.scales.stroke_um
+    if folded < LINE_WHOLE or _driven(trace, freq, amp * range_per_um):
+        return amp, 0.0, np.inf
+    return amp, amp / error, error if beside >= LINE_WHOLE else np.inf
 
 
 def _periods(trace: Trace, freq_hz: float) -> tuple[float, float]:
