@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from cryptography.fernet import Fernet
 from numpy.typing import NDArray
 from typer.testing import CliRunner
 
@@ -364,6 +365,18 @@ def run(*told: str) -> str:
     if result.exception is not None:
         raise result.exception
     return result.output
+
+
+def test_a_key_is_never_taken_for_an_option(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    keys = [b"-" + 42 * b"A" + b"=", Fernet.generate_key()]
+    while keys[1].startswith(b"-"):
+        keys[1] = Fernet.generate_key()
+    drawn = iter(keys)
+    monkeypatch.setattr(Fernet, "generate_key", lambda: next(drawn))
+    key, _ = seal({"effects": []}, tmp_path / "sealed.json")
+    assert key == keys[1].decode()
 
 
 def test_command_writes_a_sealed_case(tmp_path: Path) -> None:

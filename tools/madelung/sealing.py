@@ -26,6 +26,8 @@ def seal(labels: dict[str, Any], path: Path) -> tuple[str, str]:
 
     salted = json.dumps({"salt": secrets.token_hex(16), "labels": labels}, sort_keys=True).encode()
     key = Fernet.generate_key()
+    while key.startswith(b"-"):  # on a command line it would be taken for an option
+        key = Fernet.generate_key()
     commitment = hashlib.sha256(salted).hexdigest()
     token = Fernet(key).encrypt(salted).decode()
     content = {"schema": SCHEMA, "sha256": commitment, "token": token}
