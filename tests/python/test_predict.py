@@ -1,5 +1,6 @@
 """Prediction: every row of a record, what is compared, and the command that writes it."""
 
+import signal
 import subprocess
 import sys
 import time
@@ -169,6 +170,8 @@ def test_interrupted_command_leaves_nothing(files: Path) -> None:
         [MADELUNG, "predict", files / "m.json", files / "long.csv", "-o", files / "o.csv"],
         stderr=subprocess.PIPE,
         text=True,
+        # A shell starts what runs in the background without SIGINT, and so are its children.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
     )
     while len(list(files.iterdir())) == len(before) and started.poll() is None:
         time.sleep(0.01)  # until the temporary file of the output is there
