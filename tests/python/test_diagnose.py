@@ -1,5 +1,6 @@
 """`madelung diagnose` from a case folder to OUT: verdicts, options, what it leaves alone."""
 
+import codecs
 import json
 import shutil
 from collections.abc import Iterator
@@ -24,6 +25,7 @@ from diagnose_cases import (
 )
 
 from madelung.campaigns import Commands
+from madelung.diagnosis.case import load_case
 from madelung.diagnosis.vocabulary import EFFECTS
 from madelung.model import Model, load_model
 from madelung.predict import predict
@@ -291,6 +293,7 @@ def test_check_fits_nothing(
 ) -> None:
     found = run(patch, folder / "creep", tmp_path / "out", "--check")
     assert found["ranking"] == [] and found["verdict"]["effects"] == []
+    assert found["checked"] and found["next_experiment"] is None
     sizes = found["detectable"]
     assert set(sizes) == set(EFFECTS)
     for effect in ("delay", "backlash", "gain_offset", "clock_skew"):
@@ -381,6 +384,22 @@ def test_what_is_excluded_is_not_named_as_another_by_the_monitor(tmp_path: Path)
     assert found["verdict"]["effects"] == []
 
 
+@pytest.mark.parametrize("kind", ["noise", "zero", "copy"])
+def test_a_monitor_that_measures_something_else_is_left_out(kind: str, tmp_path: Path) -> None:
+    written(tmp_path / "case", "saturation", every=few("train/decaying", "holdout/steps"))
+    rng = np.random.default_rng(3)
+    for path in (tmp_path / "case").rglob("*.csv"):
+        made = {
+            "noise": lambda f: 10.0 * rng.standard_normal(len(f)),
+            "zero": lambda f: np.zeros(len(f)),
+            "copy": lambda f: f["u_V"],
+        }
+        change(path, u_meas_V=made[kind])
+    found = content(tmp_path / "case")
+    assert named(found) == {"saturation"}
+    assert any("u_meas_V" in w and "left out" in w for w in found["warnings"])
+
+
 def test_a_sound_monitor_clears_the_amplifier(tmp_path: Path) -> None:
     every = few("train/decaying", "train/multisine", "holdout/multisine")
     written(tmp_path / "case", "gain_offset", monitor=True, every=every)
@@ -423,6 +442,70 @@ def test_long_records_are_searched_in_steps_and_fitted_to_the_end(
     assert named(stepwise) == named(whole) == {"backlash"}
     told = labels["parameters"]["backlash"]["dead_band_um"]
     assert parameters(stepwise, "backlash")["dead_band_um"] == pytest.approx(told, rel=0.05)
+
+
+def test_results_are_not_written_over_the_case(
+    quiet: Path, patch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    case = copy(quiet, tmp_path)
+    before = {p: p.read_bytes() for p in case.rglob("*") if p.is_file()}
+    for out in (case, case / "train", case / "holdout"):
+        with pytest.raises(SystemExit) as end:
+            run(patch, case, out, "--check")
+        assert end.value.code == 2 and "holds the case's records" in capsys.readouterr().err
+    assert {p: p.read_bytes() for p in case.rglob("*") if p.is_file()} == before
+
+
+def test_results_take_the_place_of_earlier_ones_and_of_nothing_else(
+    quiet: Path, patch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    case, out = copy(quiet, tmp_path), tmp_path / "out"
+    run(patch, case, out, "--check")
+    (out / "notes.txt").write_text("mine")
+    was = sorted(p.stem for p in (out / "holdout").iterdir())
+    (case / "holdout" / f"{was[0]}.csv").rename(case / "holdout" / "other.csv")
+    run(patch, case, out, "--check")
+    assert sorted(p.stem for p in (out / "holdout").iterdir()) == sorted([*was[1:], "other"])
+    assert (out / "notes.txt").read_text() == "mine"
+    (out / "diagnosis.json").unlink()
+    with pytest.raises(SystemExit) as end:
+        run(patch, case, out, "--check")
+    assert end.value.code == 2 and "of no diagnosis" in capsys.readouterr().err
+
+
+def test_model_of_another_range_is_refused(
+    quiet: Path, patch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    model = tmp_path / "model.json"
+    Model("madelung", STAGE.u_min_V, 2.0 * STAGE.u_max_V, f0=(0.0, 1.0, 0.0, 0.0)).save(model)
+    with pytest.raises(SystemExit) as end:
+        run(patch, quiet, tmp_path / "out", "--model", str(model))
+    said = capsys.readouterr().err
+    assert end.value.code == 2 and str(model) in said and "the case of" in said
+
+
+def test_a_record_in_both_folders_and_a_byte_order_mark(quiet: Path, tmp_path: Path) -> None:
+    case = copy(quiet, tmp_path)
+    head = (case / "case.json").read_bytes()
+    (case / "case.json").write_bytes(codecs.BOM_UTF8 + head)
+    name = sorted((case / "train").iterdir())[0].name
+    shutil.copy(case / "train" / name, case / "holdout" / "again.csv")
+    stem = Path(name).stem
+    assert f"holdout/again is train/{stem} again: its score proves nothing" in (
+        load_case(case).warnings
+    )
+
+
+def test_a_suffix_in_capitals_is_read_and_a_range_in_other_units_is_said(
+    quiet: Path, tmp_path: Path
+) -> None:
+    case = copy(quiet, tmp_path)
+    for path in [*case.glob("train/*.csv")]:
+        path.rename(path.with_suffix(".CSV"))
+    tell(case, u_min_V=-10_000.0, u_max_V=60_000.0)
+    loaded = load_case(case)
+    assert len(loaded.train) == len([*case.glob("train/*.CSV")])
+    assert any("check the units" in w for w in loaded.warnings)
 
 
 def test_without_holdout_whole_records_are_set_aside(quiet: Path, tmp_path: Path) -> None:

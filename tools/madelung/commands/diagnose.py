@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import shlex
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from madelung.errors import InputError
+
+if TYPE_CHECKING:
+    from madelung.diagnosis.case import Case
+    from madelung.model import Model
 
 
 def diagnose(
@@ -47,13 +52,14 @@ def diagnose(
     from madelung.diagnosis.report import terminal
     from madelung.model import load_model
 
+    _keep_records(case, output)
     err = Console(stderr=True)
-    flashed = None if model is None else load_model(model)
-    if flashed is not None and flashed.kind in ("major_curve", "yang2015"):
-        raise InputError(f"{model}: is of kind {flashed.kind}; --model needs a polynomial f0")
     with err.status("reading the case") as status:
         told = status.update if err.is_terminal else lambda _: None
         loaded = load_case(case)
+        flashed = None if model is None else load_model(model)
+        if flashed is not None:
+            loaded = _as_flashed(loaded, flashed, model)
         found = run(loaded, Options(jobs, seed, flashed, tolerance, check), told)
         told("drawing and writing")
         again = ["madelung", "diagnose", str(case), "-o", str(output), "--seed", str(seed)]
@@ -65,3 +71,28 @@ def diagnose(
         typer.echo(f"madelung: warning: {warning}", err=True)
     Console().print(terminal(content))
     typer.echo(str(output / "report.html"))
+
+
+def _keep_records(case: Path, output: Path) -> None:
+    """Refuse a folder for the results that holds measured records."""
+    if output.resolve() in {(case / part).resolve() for part in ("", "train", "holdout")}:
+        raise InputError(f"{output}: holds the case's records: give another folder for the results")
+    if (output / "case.json").exists():
+        raise InputError(f"{output}: holds a case: give another folder for the results")
+    if (output / "holdout").exists() and not (output / "diagnosis.json").exists():
+        raise InputError(f"{output}: its holdout is of no diagnosis: give another folder")
+
+
+def _as_flashed(case: Case, model: Model, path: Path | None) -> Case:
+    """The case over the range of the model that was flashed."""
+    from madelung.model import MARGIN_SHARE
+
+    if model.kind in ("major_curve", "yang2015"):
+        raise InputError(f"{path}: is of kind {model.kind}; --model needs a polynomial f0")
+    ends = (model.u_min_V - case.u_min_V, model.u_max_V - case.u_max_V)
+    if max(map(abs, ends)) > MARGIN_SHARE * case.range_V:
+        raise InputError(
+            f"{path}: is of {model.u_min_V:g}..{model.u_max_V:g} V, "
+            f"the case of {case.u_min_V:g}..{case.u_max_V:g} V"
+        )
+    return replace(case, u_min_V=model.u_min_V, u_max_V=model.u_max_V)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -14,13 +15,16 @@ from scipy.interpolate import CubicSpline
 from madelung.diagnosis.vocabulary import EFFECTS, LIMITS
 from madelung.errors import InputError
 from madelung.files import read_json
+from madelung.formats import READERS
 from madelung.model import MARGIN_SHARE
 from madelung.records import Record, read_record, warm_up_rows
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
 Role = Literal["identify", "train", "holdout"]
-SUFFIXES = (".csv", ".mat", ".h5")
+SUFFIXES = (".csv", *READERS)
+COVERED_MIN = 0.5
+"""Share of the range that a slow loop over the whole range covers at the very least."""
 ROWS_MIN = 100
 ENDS_SHARE = 0.002
 """A running record has been at an end when this share of its swing is left."""
@@ -142,6 +146,7 @@ def load_case(folder: Path) -> Case:
     traces = [identify, *train, *holdout]
     faults = [f for t in traces for f in _faults(t)]
     warnings = [w for t in traces for w in t.record.warnings()]
+    warnings += _doubts(head, identify, train, holdout)
     lost = [t.name for t in train if t.use.sum() < ROWS_MIN]
     train = [t for t in train if t.name not in lost]
     warnings += [
@@ -165,6 +170,24 @@ def load_case(folder: Path) -> Case:
         faults,
         warnings,
     )
+
+
+def _doubts(
+    head: Mapping[str, Any], identify: Trace, train: Sequence[Trace], holdout: Sequence[Trace]
+) -> list[str]:
+    """What can be diagnosed, and is hardly what the user means."""
+    said = []
+    covered = float(np.ptp(identify.u_V)) / (head["u_max_V"] - head["u_min_V"])
+    if covered < COVERED_MIN:
+        said.append(
+            f"identify covers {100 * covered:.2g} % of u_min_V..u_max_V: "
+            "check the units in it and in case.json"
+        )
+    for t in train:
+        for h in holdout:
+            if np.array_equal(t.u_V, h.u_V) and np.array_equal(t.y_um, h.y_um, equal_nan=True):
+                said.append(f"holdout/{h.name} is train/{t.name} again: its score proves nothing")
+    return said
 
 
 def _head(path: Path) -> dict[str, Any]:
@@ -246,7 +269,7 @@ def _limits(u_min_V: float, u_max_V: float) -> dict[str, tuple[float, float]]:
 def _records(folder: Path) -> list[Path]:
     if not folder.is_dir():
         return []
-    paths = sorted(p for p in folder.iterdir() if p.suffix in SUFFIXES)
+    paths = sorted(p for p in folder.iterdir() if p.suffix.lower() in SUFFIXES)
     stems = [p.stem for p in paths]
     for stem in stems:
         if stems.count(stem) > 1:
@@ -255,9 +278,9 @@ def _records(folder: Path) -> list[Path]:
 
 
 def _only(folder: Path, stem: str) -> Path:
-    for suffix in SUFFIXES:
-        if (folder / f"{stem}{suffix}").exists():
-            return folder / f"{stem}{suffix}"
+    for path in _records(folder):
+        if path.stem == stem:
+            return path
     raise InputError(f"{folder / (stem + '.csv')}: is missing; a slow loop over the whole range")
 
 

@@ -21,7 +21,7 @@ from madelung.diagnosis.holdout import (
     region_shrink,
     shrink,
 )
-from madelung.diagnosis.known import known_forms, monitored
+from madelung.diagnosis.known import known_forms, monitor_fault, monitored
 from madelung.diagnosis.noise import Noise, estimate_noise
 from madelung.diagnosis.outside import OUTSIDE, outside_forms
 from madelung.diagnosis.parameters import Z95, reported
@@ -135,7 +135,8 @@ def diagnose(case: Case, options: Options, progress: Progress = lambda _: None) 
             Engine(heads, engine.forms, 1, progress), search.null, list(engine.forms)
         ),
         "detectable_units": {e: SIZES[e][0] for e in EFFECTS},
-        "next_experiment": next_experiment(verdict, scales),
+        "checked": options.check,
+        "next_experiment": None if options.check else next_experiment(verdict, scales),
         "warnings": case.warnings + _warnings(case, noise, verdict, options, good, outsider),
         "noise": {
             "white_um": noise.white_um,
@@ -397,8 +398,9 @@ def _warnings(
     said = []
     if good:
         said.append(f"good enough: the gap is below {options.tolerance_percent:g} % of the stroke")
-    if options.check:
-        said.append("checked only: no effect was fitted, the verdict says no more than that")
+    monitor = monitor_fault(case)
+    if monitor is not None:
+        said.append(monitor)
     if not noise.known:
         said.append("identify.csv repeats no cycle: the noise floor is a guess")
     if case.set_aside:
@@ -409,6 +411,6 @@ def _warnings(
         said.append(
             f"not named, but the records are explained better by it: {_told(outsider, verdict)}"
         )
-    if verdict.status == "no_gap":
+    if verdict.status == "no_gap" and not options.check:
         said.append("effects below the sizes under `detectable` could not have been seen")
     return said

@@ -16,6 +16,8 @@ from madelung.diagnosis.which import RIVAL_GAIN, Engine
 
 MONITORED = ("saturation", "slew_limit", "amplifier_lag")
 """Effects that show between the command and the amplifier's monitor, and nowhere else."""
+FOLLOWS_MIN = 0.5
+"""Correlation of a monitor with the command, below which it measures something else."""
 MISSED_SHARE = 1e-3
 """Of the range, rms, that a monitor may differ from what is fitted to it."""
 _RENAMED = {"fn_hz": "fn1_hz", "zeta": "zeta1"}
@@ -50,8 +52,22 @@ def _fixed(p: Param, given: Mapping[str, float]) -> Param:
     return replace(p, low=given[p.key], high=given[p.key]) if p.key in given else p
 
 
+def monitor_fault(case: Case) -> str | None:
+    """Why the records' monitor says nothing, if they have one and it does not."""
+    pairs = [(t.u_V, t.u_meas_V) for t in (case.identify, *case.train) if t.u_meas_V is not None]
+    if not pairs:
+        return None
+    if all(np.array_equal(u, m) for u, m in pairs):
+        return "u_meas_V is u_V itself, no measurement: left out"
+    u, m = (np.concatenate(columns) for columns in zip(*pairs, strict=True))
+    if np.ptp(m) == 0.0 or np.corrcoef(u, m)[0, 1] < FOLLOWS_MIN:
+        return "u_meas_V does not follow u_V: left out"
+    return None
+
+
 def _has_monitor(case: Case) -> bool:
-    return all(t.u_meas_V is not None for t in (case.identify, *case.train))
+    told = all(t.u_meas_V is not None for t in (case.identify, *case.train))
+    return told and monitor_fault(case) is None
 
 
 def monitored(

@@ -86,13 +86,22 @@ def _folder(out: Path) -> Iterator[Path]:
         yield part
         part.chmod(0o755)
         if out.is_dir():
-            shutil.copytree(part, out, dirs_exist_ok=True)
+            _exchange(part, out)
         else:
             part.replace(out)
     except OSError as error:
-        raise InputError(f"{out}: cannot be written: {error.strerror}") from error
+        raise InputError(f"{out}: cannot be written: {error.strerror or error}") from error
     finally:
         shutil.rmtree(part, ignore_errors=True)
+
+
+def _exchange(part: Path, out: Path) -> None:
+    """Put a result in the place of an earlier one; what is not of a diagnosis stays."""
+    for new in part.iterdir():
+        old = out / new.name
+        if old.is_dir() and not old.is_symlink():
+            shutil.rmtree(old)
+        new.replace(old)
 
 
 def _write_models(out: Path, case: Case, found: Diagnosis) -> None:
