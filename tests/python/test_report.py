@@ -138,8 +138,8 @@ def test_units_of_keys(key: str, split: tuple[str, str]) -> None:
 @pytest.mark.parametrize("width", [50, 80, 160])
 def test_at_most_twenty_lines(width: int) -> None:
     d = diagnosis()
-    d["warnings"] = ["something is odd " * 8] * 30
     d["where"] = d["where"] * 6
+    d["where"][1]["sentence"] = d["where"][2]["sentence"] = "something is odd " * 20
     d["next_experiment"] = {"waveform": "multisine", "rate_hz": 2000.0, "why": "phase tells"}
     lines = text_of(d, width).rstrip("\n").split("\n")
     assert 5 < len(lines) <= LINES_MAX
@@ -157,10 +157,21 @@ def test_terminal_tells_what_matters() -> None:
     assert "Data faults: 1 in one record" in text
 
 
+def test_a_check_tells_sizes_and_no_verdict(tmp_path: Path) -> None:
+    d = diagnosis() | {"checked": True, "ranking": []}
+    d["verdict"] = {**d["verdict"], "status": "unknown", "effects": [], "candidates": []}
+    text = " ".join(text_of(d, 100).split())
+    assert text.startswith("Checked only, no effect was fitted: the baseline misses")
+    assert "Could be seen from:" in text and "delay 12 us" in text
+    assert "unexplained" not in text and "How far" not in text
+    page = page_of(tmp_path, d).text
+    assert "without --check" in page and "How far it shrinks" not in page
+
+
 def test_hostile_names_do_not_steer_the_terminal() -> None:
     d = diagnosis()
     d["where"][0]["sentence"] = HOSTILE
-    d["warnings"] = [HOSTILE, "[bold]x[/bold]"]
+    d["next_experiment"] = {"waveform": HOSTILE, "why": "[bold]x[/bold]"}
     text = text_of(d, 200)
     assert "\x1b" not in text
     assert "[bold]x[/bold]" in text

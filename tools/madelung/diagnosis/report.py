@@ -3,7 +3,7 @@
 Beside the keys of diagnosis.schema.json these are shown where they are there: ``case`` (object or
 text), ``records``, ``versions``, ``seed``, ``command``, ``warnings``, ``where[].sentence``,
 ``ranking[].rms_um_ci95``, ``shrink.regions[]`` with ``rms_before_um`` and ``rms_after_um``, and
-everything in ``next_experiment``.
+everything in ``next_experiment``, and ``checked``: no effect was fitted.
 """
 
 from __future__ import annotations
@@ -76,6 +76,11 @@ def sentence_of_verdict(diagnosis: Diagnosis) -> str:
     """What was found, in a sentence or two, with the confidence."""
     verdict, gap = diagnosis["verdict"], diagnosis["gap"]
     effects, candidates = verdict["effects"], verdict["candidates"]
+    if diagnosis.get("checked"):
+        return (
+            f"Checked only, no effect was fitted: the baseline misses {gap['rms_um']:.3g} um rms, "
+            f"the noise floor is {gap['noise_floor_um']:.3g} um."
+        )
     sure = f"confidence {100 * verdict['confidence']:.0f} %"
     left = f"{100 * verdict['remainder_share']:.1f} % of the gap's energy"
     if verdict["status"] == "identified":
@@ -249,6 +254,11 @@ def unseen(diagnosis: Diagnosis) -> list[tuple[str, str, str]]:
     return rows
 
 
+def sentence_of_unseen(diagnosis: Diagnosis) -> str:
+    """The smallest size of each effect that the campaign could reveal."""
+    return "; ".join(f"{effect} {size}" for effect, size, _ in unseen(diagnosis)) + "."
+
+
 def digits(value: float, count: int = 3) -> str:
     """Significant digits, without an exponent where the number is not that large."""
     return f"{float(f'{value:.{count}g}'):.{max(count, 6)}g}"
@@ -290,13 +300,16 @@ class _Lines:
 
 
 def terminal(diagnosis: Diagnosis) -> _Lines:
-    """The diagnosis in at most twenty lines, for rich's `Console.print`."""
+    """The diagnosis in at most twenty lines, for rich's `Console.print`, without its warnings."""
     said = [
         (sentence_of_verdict(diagnosis), "bold"),
         (f"Where: {sentence_of_where(diagnosis)}", ""),
         *((f"       {_told(r)}" + ".", "dim") for r in diagnosis["where"][1:3]),
-        (f"How far: {sentence_of_shrink(diagnosis)}", ""),
     ]
+    if diagnosis.get("checked"):
+        said.append((f"Could be seen from: {sentence_of_unseen(diagnosis)}", ""))
+    else:
+        said.append((f"How far: {sentence_of_shrink(diagnosis)}", ""))
     for q in quantities(diagnosis)[:4]:
         said.append((f"  {q.effect}: {q.said}", "cyan"))
     for cause in causes(diagnosis):
@@ -309,7 +322,6 @@ def terminal(diagnosis: Diagnosis) -> _Lines:
         records = len({f["record"] for f in faults})
         of = "one record" if records == 1 else f"{records} records"
         said.append((f"Data faults: {len(faults)} in {of}, left out.", "yellow"))
-    said += [(f"Warning: {w}", "yellow") for w in diagnosis.get("warnings", [])]
     return _Lines(said)
 
 
@@ -430,7 +442,7 @@ def _context(out: Path, diagnosis: Diagnosis) -> dict[str, Any]:
         "d": diagnosis,
         "device": short(case.get("device", "")),
         "status": status,
-        "badge": STATUS[status],
+        "badge": "Checked only" if diagnosis.get("checked") else STATUS[status],
         "verdict": sentence_of_verdict(diagnosis),
         "where": sentence_of_where(diagnosis),
         "also": [_told(r) for r in diagnosis["where"][1:3]],
