@@ -418,6 +418,18 @@ def test_running_records_may_begin_in_mid_motion(quiet: Path, tmp_path: Path) ->
     assert found["gap"]["rms_um"] < 1.3 * STAGE.noise_um
 
 
+def test_known_parameters_that_the_records_contradict_are_told(tmp_path: Path) -> None:
+    every = few("train/multisine", "holdout/multisine")
+    made = written(tmp_path / "case", "delay", every=every)
+    told = 2.0 * made["parameters"]["delay"]["delay_s"]
+    tell(tmp_path / "case", known={"delay_s": told})
+    found = content(tmp_path / "case")
+    assert parameters(found, "delay")["delay_s"] == told
+    (said,) = [w for w in found["warnings"] if "contradicted" in w]
+    right = float(said.rsplit(" ", 1)[1])
+    assert said.startswith("delay_s") and right == pytest.approx(0.5 * told, rel=0.02)
+
+
 def test_known_parameters_are_kept_and_excluded_effects_are_not_tried(tmp_path: Path) -> None:
     every = few("train/decaying", "train/multisine", "holdout/multisine")
     made = written(tmp_path / "case", "gain_offset", every=every)

@@ -21,7 +21,7 @@ from madelung.diagnosis.holdout import (
     region_shrink,
     shrink,
 )
-from madelung.diagnosis.known import known_forms, monitor_fault, monitored
+from madelung.diagnosis.known import contradicted, known_forms, monitor_fault, monitored
 from madelung.diagnosis.noise import Noise, estimate_noise
 from madelung.diagnosis.outside import OUTSIDE, outside_forms
 from madelung.diagnosis.parameters import Z95, reported
@@ -101,6 +101,7 @@ def diagnose(case: Case, options: Options, progress: Progress = lambda _: None) 
     good = _good_enough(gap, options)
     heads = problem.with_traces(_heads(problem.traces, SEARCH_ROWS))
     engine, search, outsider = _search(problem, heads, case, baseline, options, progress, good)
+    rough = Engine(heads, engine.forms, 1, progress)
     verdict = judge(engine, search, train_excess(problem, baseline), outsider)
     if good:
         verdict = Verdict("no_gap", [], [], 1.0, 0.0, [])
@@ -131,13 +132,15 @@ def diagnose(case: Case, options: Options, progress: Progress = lambda _: None) 
             "set_aside": list(case.set_aside),
         },
         "data_faults": case.faults,
-        "detectable": detectable(
-            Engine(heads, engine.forms, 1, progress), search.null, list(engine.forms)
-        ),
+        "detectable": detectable(rough, search.null, list(engine.forms)),
         "detectable_units": {e: SIZES[e][0] for e in EFFECTS},
         "checked": options.check,
         "next_experiment": None if options.check else next_experiment(verdict, scales),
-        "warnings": case.warnings + _warnings(case, noise, verdict, options, good, outsider),
+        "warnings": [
+            *case.warnings,
+            *([] if options.check or good else contradicted(case, rough, search.best)),
+            *_warnings(case, noise, verdict, options, good, outsider),
+        ],
         "noise": {
             "white_um": noise.white_um,
             "coloured_um": noise.coloured_um,

@@ -8,11 +8,12 @@ from dataclasses import replace
 import numpy as np
 
 from madelung.diagnosis.case import Case, Trace
-from madelung.diagnosis.fit import Problem
+from madelung.diagnosis.fit import Fit, Problem
 from madelung.diagnosis.forms import CREEP_TAU_S, Form, Param, Scales, forms
 from madelung.diagnosis.noise import Noise
+from madelung.diagnosis.parameters import reported
 from madelung.diagnosis.vocabulary import EFFECTS
-from madelung.diagnosis.which import RIVAL_GAIN, Engine
+from madelung.diagnosis.which import GAIN_MIN, RIVAL_GAIN, Engine
 
 MONITORED = ("saturation", "slew_limit", "amplifier_lag")
 """Effects that show between the command and the amplifier's monitor, and nowhere else."""
@@ -50,6 +51,27 @@ def known_forms(case: Case, scales: Scales) -> tuple[list[Form], dict[str, float
 
 def _fixed(p: Param, given: Mapping[str, float]) -> Param:
     return replace(p, low=given[p.key], high=given[p.key]) if p.key in given else p
+
+
+def contradicted(case: Case, engine: Engine, best: Fit) -> list[str]:
+    """Known parameters whose records say something else, beside what was accepted."""
+    problem = engine.problem
+    free = {(f.effect, f.name): f for f in forms(problem.scales)}
+    said = []
+    for form in {f.effect: f for f in known_forms(case, problem.scales)[0]}.values():
+        others = tuple(f for f in best.forms if f.effect != form.effect)
+        own = next(f for f in best.forms if f.effect == form.effect)
+        held = problem.fit((*others, own), best.values, best.beta)
+        loose = problem.fit((*others, free[own.effect, own.name]), held.values, held.beta)
+        if engine.gain(held, loose) > GAIN_MIN:
+            told = reported(form.effect, loose, problem)
+            said += [
+                f"{key} = {case.known[key]:g} is given, and contradicted: "
+                f"the records are explained better by {told[key]['value']:.4g}"
+                for key in told
+                if key in case.known
+            ]
+    return said
 
 
 def monitor_fault(case: Case) -> str | None:
