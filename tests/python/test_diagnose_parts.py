@@ -10,8 +10,10 @@ from scipy.signal import lfilter
 
 from madelung.diagnosis.case import Trace
 from madelung.diagnosis.diagnose import best_with
+from madelung.diagnosis.effects import forms
+from madelung.diagnosis.effects.form import Form, Scales
+from madelung.diagnosis.effects.sensor import line_form
 from madelung.diagnosis.fit import Fit, Problem
-from madelung.diagnosis.forms import Form, Scales, forms, line_form
 from madelung.diagnosis.holdout import (
     TRAIN_BLOCKS,
     Prediction,
@@ -19,10 +21,11 @@ from madelung.diagnosis.holdout import (
     region_shrink,
     shrink,
 )
+from madelung.diagnosis.lines import driven, peaks, steady
 from madelung.diagnosis.noise import Noise, estimate_noise, proven_fall
 from madelung.diagnosis.verdict import Verdict, judge
 from madelung.diagnosis.where import Region
-from madelung.diagnosis.which import Engine, Outsider, Search, _driven, _peaks, _steady
+from madelung.diagnosis.which import Engine, Outsider, Search
 from madelung.path import Mode, Runner, SignalPath
 from madelung.records import make_record
 
@@ -432,11 +435,11 @@ def test_a_line_above_half_a_records_rate_is_found_where_it_is() -> None:
         y = 0.003 * RNG(seed).standard_normal(t.size) + 0.004 * np.sin(2 * np.pi * 134.7 * t + seed)
         traces.append(trace(name, 20 + t, y, 1 / rate_hz))
     posed = Problem(traces, noise, SCALES, 3)
-    found = _peaks(posed, np.concatenate([t.y_um for t in traces]) / 0.003)
+    found = peaks(posed, np.concatenate([t.y_um for t in traces]) / 0.003)
     assert len(found) == 1
     assert found[0] == pytest.approx(134.7, abs=0.05)
     alone = Problem(traces[:1], noise, SCALES, 3)  # nothing tells it from its alias
-    assert _peaks(alone, traces[0].y_um / 0.003)[0] == pytest.approx(65.3, abs=0.05)
+    assert peaks(alone, traces[0].y_um / 0.003)[0] == pytest.approx(65.3, abs=0.05)
 
 
 def test_a_slow_line_is_seen_beside_a_short_fast_record_in_which_it_is_wide() -> None:
@@ -450,7 +453,7 @@ def test_a_slow_line_is_seen_beside_a_short_fast_record_in_which_it_is_wide() ->
         )
         for name, n, hz in records
     ]
-    assert _peaks(problem(lined), np.concatenate([t.y_um for t in lined]))[0] == pytest.approx(
+    assert peaks(problem(lined), np.concatenate([t.y_um for t in lined]))[0] == pytest.approx(
         17.9, abs=0.02
     )
 
@@ -590,7 +593,7 @@ def test_a_line_is_left_out_of_every_record_but_its_own() -> None:
         assert np.abs(seen).max() == largest
 
 
-def test_a_line_at_half_a_records_rate_is_fitted_and_counts_as_steady() -> None:
+def test_a_line_at_half_a_records_rate_is_fitted_and_counts_assteady() -> None:
     """There its sine cannot be seen, and its amplitude not known."""
     given = records()
     truth = {t.name: 0.1 * np.cos(2 * np.pi * 250.0 * t.t_s + 1.2) for t in given[1:]}
@@ -601,7 +604,7 @@ def test_a_line_at_half_a_records_rate_is_fitted_and_counts_as_steady() -> None:
     assert fit.cost < 1.1 * seen.rows
     assert np.hypot(fit.values["cos0:fast"], fit.values["sin0:fast"]) == pytest.approx(0.1, rel=0.1)
     assert abs(fit.values["sin0:biased"]) < 0.1
-    assert _steady(seen, fit)
+    assert steady(seen, fit)
 
 
 def test_what_slow_records_show_folded_to_the_bottom_is_a_drift_and_no_line() -> None:
@@ -613,17 +616,17 @@ def test_what_slow_records_show_folded_to_the_bottom_is_a_drift_and_no_line() ->
     records = [one("slow", 500.0, 0.3), one("middle", 1000.0, 0.3), one("fast", 5000.0, 0.0)]
     posed = problem(records)
     lines = line_form((2000.0,), tuple(t.name for t in records), SCALES)
-    assert not _steady(posed, posed.fit((lines,), lines.starts(SCALES)[0], np.zeros(4)))
+    assert not steady(posed, posed.fit((lines,), lines.starts(SCALES)[0], np.zeros(4)))
 
 
 def test_a_line_of_the_command_is_no_disturbance_where_a_model_may_be_wrong_by_it() -> None:
     t = np.arange(8000) * 1e-3
     sine = trace("sine", 20.0 + 15.0 * np.sin(2 * np.pi * 10.0 * t), t, 1e-3)
     broad = trace("broad", 20.0 + 5.0 * RNG(3).standard_normal(t.size), t, 1e-3)
-    assert _driven(sine, 10.0, 1.0)
-    assert not _driven(sine, 10.0, 10.0), "larger than any model's error"
-    assert not _driven(sine, 13.0, 0.1)
-    assert not _driven(broad, 10.0, 0.01), "every frequency is as good as its neighbours"
+    assert driven(sine, 10.0, 1.0)
+    assert not driven(sine, 10.0, 10.0), "larger than any model's error"
+    assert not driven(sine, 13.0, 0.1)
+    assert not driven(broad, 10.0, 0.01), "every frequency is as good as its neighbours"
 
 
 def test_two_causes_of_which_neither_shows_alone_are_found_together() -> None:

@@ -10,9 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from madelung.diagnosis.case import Case, Trace
+from madelung.diagnosis.effects import forms
+from madelung.diagnosis.effects.form import Scales
+from madelung.diagnosis.effects.outside import OUTSIDE, outside_forms
 from madelung.diagnosis.experiment import next_experiment
 from madelung.diagnosis.fit import Fit, Problem
-from madelung.diagnosis.forms import Scales, forms
 from madelung.diagnosis.holdout import (
     CLOSABLE_MIN,
     Prediction,
@@ -23,7 +25,6 @@ from madelung.diagnosis.holdout import (
 )
 from madelung.diagnosis.known import contradicted, known_forms, monitor_fault, monitored
 from madelung.diagnosis.noise import Noise, estimate_noise
-from madelung.diagnosis.outside import OUTSIDE, outside_forms
 from madelung.diagnosis.parameters import Z95, reported
 from madelung.diagnosis.verdict import Verdict, detectable, judge, train_excess
 from madelung.diagnosis.vocabulary import EFFECTS, SIZES

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from madelung.diagnosis.forms import Scales
+from madelung.diagnosis.effects.form import Scales
 from madelung.diagnosis.verdict import Verdict
 
 _DYNAMIC = {"delay", "amplifier_lag", "resonance", "rate_dependence", "slew_limit"}

@@ -17,7 +17,7 @@ from numpy.polynomial import Legendre, Polynomial
 from numpy.typing import NDArray
 
 from madelung.diagnosis.case import Trace
-from madelung.diagnosis.forms import Form, Param, Scales
+from madelung.diagnosis.effects.form import Form, Param, Scales
 from madelung.diagnosis.noise import Noise
 from madelung.path import Runner, SignalPath
 

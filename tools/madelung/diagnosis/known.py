@@ -8,8 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 from madelung.diagnosis.case import Case, Trace
+from madelung.diagnosis.effects import forms
+from madelung.diagnosis.effects.form import Form, Param, Scales
+from madelung.diagnosis.effects.mechanics import CREEP_TAU_S
 from madelung.diagnosis.fit import Fit, Problem
-from madelung.diagnosis.forms import CREEP_TAU_S, Form, Param, Scales, forms
 from madelung.diagnosis.noise import Noise
 from madelung.diagnosis.parameters import reported
 from madelung.diagnosis.vocabulary import EFFECTS

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from madelung.diagnosis.effects.form import Form, Param
 from madelung.diagnosis.fit import Fit, Problem
-from madelung.diagnosis.forms import Form, Param
 
 Array = NDArray[np.float64]
 Z95 = 1.96

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from madelung.diagnosis.case import Trace
+from madelung.diagnosis.effects.form import Form, Scales
 from madelung.diagnosis.fit import Fit, Probe, Problem
-from madelung.diagnosis.forms import Form, Scales
 from madelung.diagnosis.which import (
     EXCESS_MIN,
     GAIN_MIN,

@@ -17,9 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
-from madelung.diagnosis.case import Trace
+from madelung.diagnosis.effects.form import Form
+from madelung.diagnosis.effects.sensor import line_form
 from madelung.diagnosis.fit import ITERATIONS, Fit, Probe, Problem
-from madelung.diagnosis.forms import LINES_MAX, Form, line_form
+from madelung.diagnosis.lines import peaks, steady
 from madelung.diagnosis.noise import proven_fall
 from madelung.diagnosis.vocabulary import EFFECTS
 
@@ -86,24 +87,7 @@ EXCHANGE_SLACK = 0.3
 """A form that is this share of the excess worse after a few steps is not fitted to the end."""
 BENT = frozenset({"asymmetry", "non_masing"})
 """Loops that are not symmetric bend minor loops too: one effect, not two (diagnose.md)."""
-LINE_PERIODS = 5
 DAMPING_SHARE = 0.95
-LINE_SPREAD = 2.0
-"""A line whose amplitude differs by more than this from the records' mean is no disturbance."""
-LINE_WHOLE = 1.5
-"""Periods in a record from which on its amplitude there is known."""
-LINE_SHARP = 4.0
-"""Times what is beside it in the command's spectrum: a line."""
-LINE_BLOCKS = 1024
-"""Of a record, whose sums show what lies a few periods beside a line."""
-LINE_DRIVEN = 0.3
-"""Share of a line of the command that a model may be wrong by."""
-LINE_PROVEN = 4.0
-"""Standard errors of its amplitude, in all records together that show it as a line."""
-LINE_SEEN = 8.0
-"""... in records where that mean is so many standard errors."""
-BINS_MAX = 2**21
-"""Of a record's spectrum, more than which only its own rows may ask for."""
 STRETCH_ROWS = 64
 OUTSIDE_LEFT = 0.3
 """Share of the accepted effects' excess that what is outside the vocabulary may leave."""
@@ -414,7 +398,7 @@ class Engine:
                 tries,
             )
         )
-        rough = [f for f in rough if _steady(self.problem, f) and _plausible(f, parent)]
+        rough = [f for f in rough if steady(self.problem, f) and _plausible(f, parent)]
         if not rough:
             return []
         near = self._front(rough)[:FINE_MAX]
@@ -423,7 +407,7 @@ class Engine:
         fine = self.map(
             lambda f: self._slim(self.problem.fit(f.forms, f.values, f.beta, near=f)), near
         )
-        fine = [f for f in fine if _steady(self.problem, f) and _plausible(f, parent)]
+        fine = [f for f in fine if steady(self.problem, f) and _plausible(f, parent)]
         return [self._slim(f) for f in rough if not any(f is g for g in near)] + fine
 
     @staticmethod
@@ -462,7 +446,7 @@ class Engine:
         return [(gain, starts[i]) for gain, i in chosen if gain > 0]
 
     def _lines(self, parent: Fit) -> list[Form]:
-        found = _peaks(self.problem, parent.residual)
+        found = peaks(self.problem, parent.residual)
         names = tuple(t.name for t in self.problem.traces if t.role != "identify")
         return [
             line_form(tuple(found[: k + 1]), names, self.problem.scales) for k in range(len(found))
@@ -629,66 +613,6 @@ def _plausible(fit: Fit, parent: Fit) -> bool:
     return True
 
 
-def _steady(problem: Problem, fit: Fit) -> bool:
-    """Whether each line of a periodic disturbance has one amplitude in all records that show it.
-
-    What the command causes, and a model that is not quite right, differ from record to record.
-    """
-    forms = [f for f in fit.forms if f.effect == "periodic_disturbance"]
-    keys = [k for f in forms for k in f.keys if k.startswith("cos")]
-    traces = [t for t in problem.traces if t.role == "train"]
-    for line in {k.split(":", 1)[0][3:] for k in keys}:
-        told = [_amplitude(problem, fit, line, t) for t in traces]
-        amps, shown, errors = np.array(told).T
-        if np.linalg.norm(shown) < LINE_PROVEN:
-            return False  # what it explains it explains where it may be something else
-        weights = 1 / np.square(errors)
-        if not weights.any():
-            continue
-        typical = float(np.average(amps, weights=weights))
-        spread = amps[typical > LINE_SEEN * errors] / typical
-        if np.any(spread < 1 / LINE_SPREAD) or np.any(spread > LINE_SPREAD):
-            return False
-    return True
-
-
-def _amplitude(problem: Problem, fit: Fit, line: str, trace: Trace) -> tuple[float, float, float]:
-    """Of a line in a record: um; in standard errors, 0 where it may be something else; its error.
-
-    Folded to the bottom it may be drift, and a line of the command the model's error. At half the
-    record's rate it is a line, but its phase hides a part: the error is infinite, as in those.
-    """
-    freq = fit.values[f"freq{line}_hz"]
-    cos, sin = (fit.values[f"{part}{line}:{trace.name}"] for part in ("cos", "sin"))
-    amp = float(np.hypot(cos, sin))
-    density = problem.noise.spectrum(np.array([freq]), trace.step_s)[0]
-    error = float(np.sqrt(2 * density / max(int(trace.use.sum()), 1)))
-    folded, beside = _periods(trace, freq)
-    range_per_um = problem.scales.range_V / problem.scales.stroke_um
-    if folded < LINE_WHOLE or _driven(trace, freq, amp * range_per_um):
-        return amp, 0.0, np.inf
-    return amp, amp / error, error if beside >= LINE_WHOLE else np.inf
-
-
-def _periods(trace: Trace, freq_hz: float) -> tuple[float, float]:
-    """Of a line as it is folded in a record, and of its beat with half of the record's rate."""
-    turns = freq_hz * trace.step_s
-    folded = abs(turns - round(turns))
-    return float(folded * trace.u_V.size), float((0.5 - folded) * trace.u_V.size)
-
-
-def _driven(trace: Trace, freq_hz: float, amp_V: float) -> bool:
-    """Whether the command has a line there, of which a model's error may be such a share."""
-    n = trace.u_V.size
-    turn = np.exp(-2j * np.pi * trace.step_s * np.arange(n) * freq_hz)
-    starts = np.arange(0, n, max(n // LINE_BLOCKS, 1))
-    lined = np.add.reduceat((trace.u_V - trace.u_V.mean()) * np.hanning(n) * turn, starts)
-    beat = np.exp(-2j * np.pi * np.outer(np.arange(-8, 9), starts) / n)
-    around = 4 * np.abs(beat @ lined) / n
-    at, beside = around[7:10].max(), np.median(around[np.r_[0:6, 11:17]])
-    return bool(at > LINE_SHARP * beside and amp_V < LINE_DRIVEN * at)
-
-
 def _spread_gain(old: Fit, new: Fit) -> float:
     """Fall of the cost without the short stretch that falls most: no proof by one glitch."""
     fall = old.residual**2 - new.residual**2
@@ -696,59 +620,3 @@ def _spread_gain(old: Fit, new: Fit) -> float:
     most = int(np.argmax(stretches))
     around = slice(max(most - 1, 0), most + 2)  # a glitch may lie across two
     return float(stretches.sum() - stretches[around].sum())
-
-
-def _peaks(problem: Problem, residual: Array) -> list[float]:
-    """Frequencies (Hz) of lines that stand out of the residual, strongest first.
-
-    A line above half of a record's rate shows in that record where it is folded to.
-    """
-    every = [
-        (t, residual[s])
-        for t, s in zip(problem.traces, problem.slices, strict=True)
-        if t.role != "identify"
-    ]
-    length = max(t.u_V.size * t.step_s for t, _ in every)
-    step_hz = 0.25 / length
-    # A short burst at a high rate would be drawn out to very many bins, and tells little.
-    traces = [(t, r) for t, r in every if 1 / (t.step_s * step_hz) < max(BINS_MAX, 5 * r.size)]
-    spectra = []
-    for t, r in traces:
-        size = max(round(1 / (t.step_s * step_hz)), r.size)
-        window = np.hanning(r.size)  # a strong line's side lobes would pass for others
-        power = np.abs(np.fft.rfft(r * window, size)) ** 2
-        spectra.append(power * 2 / float(window @ window))
-    bins = np.arange(max(p.size for p in spectra))
-    places = [np.minimum(bins % (2 * p.size - 2), -bins % (2 * p.size - 2)) for p in spectra]
-    found: list[float] = []
-    # In a shorter record a line is wider, and so is what surrounds it.
-    widths = [round(length / (t.u_V.size * t.step_s)) for t, _ in traces]
-    # With fewer periods in every record, as it is folded there, it may as well be drift.
-    whole = [p >= 4 * LINE_PERIODS * w for p, w in zip(places, widths, strict=True)]
-    may_be = np.any(whole, axis=0) & (bins > 4 * LINE_PERIODS)
-    floors = [_running_median(p, 100 * w) for p, w in zip(spectra, widths, strict=True)]
-    floor = _folded(floors, places)
-    for _ in range(LINES_MAX):
-        power = _folded(spectra, places)
-        k = int(np.argmax(np.where(may_be, power - 3 * floor, 0.0)))
-        if not may_be[k] or power[k] < 30 + 6 * len(traces) or power[k] < 12 * floor[k]:
-            break
-        found.append(k * step_hz)
-        for width, p, place in zip(widths, spectra, places, strict=True):
-            lobes = 12 * width
-            p[max(place[k] - lobes, 0) : place[k] + lobes + 1] = 0.0
-    return found
-
-
-def _folded(spectra: list[Array], places: list[NDArray[np.int64]]) -> Array:
-    """Sum of the records' spectra over the frequencies of the fastest."""
-    return np.asarray(sum(p[at] for p, at in zip(spectra, places, strict=True)), np.float64)
-
-
-def _running_median(power: Array, half: int) -> Array:
-    """Median over a window, computed on a coarse grid."""
-    n = power.size
-    centres = np.arange(0, n, half)
-    medians = [float(np.median(power[max(c - half, 0) : c + half])) for c in centres]
-    out: Array = np.interp(np.arange(n), centres, medians)
-    return out

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from madelung.diagnosis.case import Trace
-from madelung.diagnosis.forms import Form, Param, Scales, Values, over_time
+from madelung.diagnosis.effects.form import Form, Param, Scales, Values, over_time
 
 Array = NDArray[np.float64]
 Added = Callable[[Array, Trace, Array], Array]
