@@ -34,8 +34,11 @@ static mdl_status check_saturation(const mdl_saturation_params *p)
 
 static mdl_status check_slew(const mdl_slew_params *p)
 {
-    const mdl_real v[] = {p->rise_volts, p->fall_volts};
-    return judge(v, COUNT(v), p->rise_volts > MDL_C(0.0) && p->fall_volts > MDL_C(0.0));
+    const mdl_real v[] = {p->rise_volts, p->fall_volts, p->knee_volts, p->decay, p->early};
+    return judge(v, COUNT(v),
+                 p->rise_volts > MDL_C(0.0) && p->fall_volts > MDL_C(0.0) &&
+                     p->knee_volts >= MDL_C(0.0) && p->decay >= MDL_C(0.0) &&
+                     p->decay <= MDL_C(1.0) && p->early >= MDL_C(0.0) && p->early <= MDL_C(1.0));
 }
 
 /* Outside its range a lag may not settle. */
@@ -301,6 +304,7 @@ static mdl_status start(mdl_chain *chain, mdl_real u)
     status = acts(chain, MDL_BLOCK_YANG) ? mdl_yang_start(&chain->at.yang, p->yang, v, &y)
                                          : lead(chain, v - p->u_min_volts, &y);
     chain->at.u_volts = u;
+    chain->at.clipped_volts = v;
     chain->at.slewed_volts = v;
     chain->at.drive_volts = v;
     chain->at.gripped_volts = chain->at.enveloped_volts;
@@ -334,7 +338,9 @@ static mdl_real drive(mdl_chain *chain, mdl_real u)
     mdl_real v = saturated(chain, u);
     mdl_real before = chain->at.slewed_volts;
     if (acts(chain, MDL_BLOCK_SLEW)) {
-        v = mdl_slew(&p->slew, before, v);
+        mdl_real rise = v - chain->at.clipped_volts;
+        chain->at.clipped_volts = v;
+        v = mdl_slew(&p->slew, before, v, rise);
     }
     chain->at.slewed_volts = v;
     return acts(chain, MDL_BLOCK_LAG) ? v + mdl_lag_step(&chain->at.lag, &p->lag, v - before) : v;

@@ -77,9 +77,10 @@ typedef struct {
 
 /** State of the blocks between the command and the delay; reals only, saved as they are. */
 typedef struct {
-    mdl_real u_volts;      /**< command */
-    mdl_real slewed_volts; /**< behind the slew limit */
-    mdl_real drive_volts;  /**< behind the input box */
+    mdl_real u_volts;       /**< command */
+    mdl_real clipped_volts; /**< before the slew limit */
+    mdl_real slewed_volts;  /**< behind the slew limit */
+    mdl_real drive_volts;   /**< behind the input box */
     mdl_lag lag;
     mdl_lag velocity;
     mdl_lag speed;

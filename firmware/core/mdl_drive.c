@@ -50,7 +50,39 @@ mdl_real mdl_saturation(const mdl_saturation_params *params, mdl_real u_volts)
                              mdl_softplus((u_volts - params->high_volts) * per_knee));
 }
 
-mdl_real mdl_slew(const mdl_slew_params *params, mdl_real last_volts, mdl_real u_volts)
+#define LOG2_E MDL_C(1.44269504088896341)
+#define LN_2 MDL_C(0.693147180559945309)
+#define SMALL MDL_C(0.25)
+#define LARGE MDL_C(20.0)
+
+/*
+ * What is left of a lag of e knees, >= 0, while the command rests: asinh(decay * sinh(e)). A series
+ * where it is small, for the digits; a straight line where the rate is the limit's.
+ */
+static mdl_real settled(const mdl_slew_params *params, mdl_real e)
 {
-    return last_volts + clamp(u_volts - last_volts, -params->fall_volts, params->rise_volts);
+    mdl_real a = params->decay;
+    mdl_real gone = params->rise_volts / params->knee_volts;
+    mdl_real y;
+    if (e < SMALL) {
+        return a * e * (MDL_C(1.0) + (MDL_C(1.0) - a * a) * e * e / MDL_C(6.0));
+    }
+    if (e - gone > LARGE) {
+        return e - gone;
+    }
+    y = MDL_C(0.5) * (mdl_exp2((e - gone) * LOG2_E) - mdl_exp2((-e - gone) * LOG2_E));
+    return LN_2 * mdl_log2(y + mdl_power(y * y + MDL_C(1.0), MDL_C(0.5)));
+}
+
+mdl_real mdl_slew(const mdl_slew_params *params, mdl_real last_volts, mdl_real u_volts,
+                  mdl_real rise_volts)
+{
+    mdl_real lag, left;
+    if (!(params->knee_volts > MDL_C(0.0))) {
+        return last_volts + clamp(u_volts - last_volts, -params->fall_volts, params->rise_volts);
+    }
+    /* What the command rises by late does not settle in this step. */
+    lag = u_volts - last_volts - (MDL_C(1.0) - params->early) * rise_volts;
+    left = params->knee_volts * settled(params, mdl_size(lag) / params->knee_volts);
+    return last_volts + (lag < MDL_C(0.0) ? lag + left : lag - left);
 }

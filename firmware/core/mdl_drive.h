@@ -16,10 +16,17 @@ typedef struct {
                           * With one the width is > 0, and the knees of both ends do not meet */
 } mdl_saturation_params;
 
-/** How far a slew-limited drive moves in one step, both > 0. */
+/**
+ * How far a slew-limited drive moves in one step. With a knee both ways are equal: an input stage
+ * that saturates, dv/dt = S tanh((u - v) / knee). Computed by the tools for the step h.
+ */
 typedef struct {
-    mdl_real rise_volts;
-    mdl_real fall_volts;
+    mdl_real rise_volts; /**< S h, > 0 */
+    mdl_real fall_volts; /**< S h of falling commands, > 0 */
+    mdl_real knee_volts; /**< how far the drive lags where its rate saturates, 0: hard */
+    mdl_real decay;      /**< exp(-S h / knee) of a small lag, 0 to 1 */
+    mdl_real early;      /**< 1 / (1 - decay) - knee / (S h): share of a step's rise that the lag
+                          * has from its beginning on, 0.5 to 1 */
 } mdl_slew_params;
 
 /**
@@ -31,7 +38,13 @@ typedef struct {
  */
 mdl_real mdl_saturation(const mdl_saturation_params *params, mdl_real u_volts);
 
-/** The voltage that a slew-limited drive reaches from last_volts towards u in one step. */
-mdl_real mdl_slew(const mdl_slew_params *params, mdl_real last_volts, mdl_real u_volts);
+/**
+ * The voltage that a slew-limited drive reaches in one step.
+ * @param last_volts  of the drive, at the beginning
+ * @param u_volts     of the command, at the end
+ * @param rise_volts  of the command in this step, which it makes evenly; for the knee
+ */
+mdl_real mdl_slew(const mdl_slew_params *params, mdl_real last_volts, mdl_real u_volts,
+                  mdl_real rise_volts);
 
 #endif

@@ -30,7 +30,7 @@ PATH = SignalPath(-20.0, 160.0, (0.3, 0.08, 2e-4, -1e-6))
 FIELDS: dict[str, dict[str, Any]] = {
     "delay": {"delay_s": 3.21e-4},
     "saturation": {"high_V": 101.3, "low_V": -3.7, "knee_V": 1.1, "knee_power": 2.3},
-    "slew_limit": {"slew_V_per_s": 12345.0, "slew_fall_V_per_s": 9876.0},
+    "slew_limit": {"slew_V_per_s": 12345.0, "slew_fall_V_per_s": 9876.0, "slew_knee_V": 0.5},
     "amplifier_lag": {"corner_hz": 543.2},
     "asymmetry": {"shape": ((0.1, 0, 0, 0), (0, 0, 0, 0), (0, 0, 0.3, 0), (0, 0, 0, 0))},
     "rate_dependence": {"damping_um": -0.05, "power": 0.7, "v_ref_V_per_s": 1e4},
@@ -149,8 +149,8 @@ def test_parameters_that_are_not_given_have_their_defaults() -> None:
 
 def test_a_slew_limit_of_one_rate_is_the_same_for_falling_commands() -> None:
     even, uneven = PATH.but(slew_V_per_s=500.0), PATH.but(slew_V_per_s=500.0, slew_fall_V_per_s=250)
-    steps = [discretise(path, STEP_S).slew_step_V for path in (even, uneven)]
-    assert steps == [(0.0125, 0.0125), (0.0125, 0.00625)]
+    steps = [discretise(path, STEP_S).slew for path in (even, uneven)]
+    assert steps == [(0.0125, 0.0125, 0.0, 0.0, 0.0), (0.0125, 0.00625, 0.0, 0.0, 0.0)]
 
 
 MODE = {"fn_hz": 300, "zeta": 0.02}

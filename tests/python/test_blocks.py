@@ -53,6 +53,7 @@ BLOCKS = {
     "rounded saturation": PATH.but(high_V=90.0, low_V=5.0, knee_V=20.0, knee_power=2.5),
     "slew limit": PATH.but(slew_V_per_s=5000.0),
     "unequal slew limit": PATH.but(slew_V_per_s=5000.0, slew_fall_V_per_s=3000.0),
+    "slew limit with a knee": PATH.but(slew_V_per_s=5000.0, slew_knee_V=2.0),
     "lag": PATH.but(corner_hz=50.0),
     "shape": PATH.but(shape=SHAPE),
     "damping": PATH.but(damping_um=-0.1, **RATE),
@@ -254,6 +255,29 @@ def test_slew_limit_may_fall_at_another_rate() -> None:
     expected = np.where(np.arange(u.size) < 303, up, down)
     found = run(LINE.but(slew_V_per_s=4000.0, slew_fall_V_per_s=1000.0), u)
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("knee_V", [0.003, 0.1, 1.0, 30.0])
+def test_a_slew_limit_with_a_knee_follows_its_equation(knee_V: float) -> None:
+    """dv/dt = S tanh((u - v) / knee) on a sine of about the limit and a step, by small steps."""
+    t = np.arange(1200) * STEP_S
+    u = np.where(t < 0.04, 30.0 - 30.0 * np.cos(2 * np.pi * 30.0 * t), 10.0)
+
+    def rate(at: float, v: NDArray[np.float64]) -> NDArray[np.float64]:
+        return 5000.0 * np.tanh((np.interp(at, t, u) - v) / knee_V)
+
+    exact = solve_ivp(rate, (0.0, t[-1]), u[:1], "Radau", t, rtol=1e-8, atol=1e-8, max_step=STEP_S)
+    found = run(LINE.but(slew_V_per_s=5000.0, slew_knee_V=knee_V), u)
+    np.testing.assert_allclose(found[:400], exact.y[0][:400], rtol=0, atol=5000.0 * STEP_S / 100)
+    # Within the sample of the jump the lag passes the knee in an unknown part of a substep.
+    np.testing.assert_allclose(found, exact.y[0], rtol=0, atol=5000.0 * STEP_S / 8)
+
+
+def test_a_knee_is_a_lag_of_slow_commands() -> None:
+    u = 5e-3 * command()[1]
+    lag = LINE.but(corner_hz=5000.0 / 2.0 / (2 * np.pi))
+    found = run(LINE.but(slew_V_per_s=5000.0, slew_knee_V=2.0), u)
+    np.testing.assert_allclose(found, run(lag, u), rtol=0, atol=2e-3 * np.ptp(u))
 
 
 def test_slew_limit_lets_slow_commands_pass() -> None:

@@ -47,6 +47,7 @@ BLOCKS = {
     "rounded saturation": {"high_V": 101.3, "low_V": -3.7, "knee_V": 11.1, "knee_power": 2.3},
     "slew limit": {"slew_V_per_s": 12345.0},
     "unequal slew limit": {"slew_V_per_s": 12345.0, "slew_fall_V_per_s": 9876.0},
+    "slew limit with a knee": {"slew_V_per_s": 12345.0, "slew_knee_V": 0.3},
     "lag": {"corner_hz": 543.2},
     "envelopes": {
         "rise_V": 7.7,

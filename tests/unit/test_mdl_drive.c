@@ -16,6 +16,10 @@ static mdl_saturation_params rounded;
 #define ASSERT_SOFT(expected, actual)                                                              \
     TEST_ASSERT_DOUBLE_WITHIN(160.0 * MDL_TEST_EPSILON + 4e-8, expected, (double)(actual))
 
+/* Volts below 160, and the errors of powers of two and logarithms, for a knee of 1 V. */
+#define ASSERT_SETTLED(expected, actual)                                                           \
+    TEST_ASSERT_DOUBLE_WITHIN(160.0 * MDL_TEST_EPSILON + 4e-7, expected, (double)(actual))
+
 void setUp(void)
 {
     const mdl_saturation_params p = {MDL_C(100.0), MDL_C(-20.0), MDL_C(2.0), MDL_C(1.0)};
@@ -121,17 +125,37 @@ void test_a_power_without_a_width_is_hard(void)
 
 void test_the_slew_limit(void)
 {
-    const mdl_slew_params even = {MDL_C(0.5), MDL_C(0.5)};
-    ASSERT_REAL(5.5, mdl_slew(&even, MDL_C(5.0), MDL_C(9.0)));
-    ASSERT_REAL(4.5, mdl_slew(&even, MDL_C(5.0), MDL_C(1.0)));
-    ASSERT_REAL(5.25, mdl_slew(&even, MDL_C(5.0), MDL_C(5.25)));
+    const mdl_slew_params even = {MDL_C(0.5), MDL_C(0.5), MDL_C(0.0), MDL_C(0.0), MDL_C(0.0)};
+    ASSERT_REAL(5.5, mdl_slew(&even, MDL_C(5.0), MDL_C(9.0), MDL_C(0.0)));
+    ASSERT_REAL(4.5, mdl_slew(&even, MDL_C(5.0), MDL_C(1.0), MDL_C(0.0)));
+    ASSERT_REAL(5.25, mdl_slew(&even, MDL_C(5.0), MDL_C(5.25), MDL_C(0.0)));
+}
+
+/* A lag of e knees becomes asinh(decay * sinh(e)) while the command rests. */
+void test_a_slew_limit_with_a_knee(void)
+{
+    const mdl_real half = MDL_C(0.693147180559945309); /* ln 2: S h over a knee of 1 V */
+    const mdl_slew_params soft = {half, half, MDL_C(1.0), MDL_C(0.5), MDL_C(0.557304959111036593)};
+    /* sinh(ln 4) = 15/8; its half, 15/16, is the sinh of 0.8364818... */
+    ASSERT_SETTLED(
+        5.0 - 0.8364818689255533,
+        mdl_slew(&soft, MDL_C(5.0) - MDL_C(1.38629436111989062), MDL_C(5.0), MDL_C(0.0)));
+    ASSERT_SETTLED(
+        5.0 + 0.8364818689255533,
+        mdl_slew(&soft, MDL_C(5.0) + MDL_C(1.38629436111989062), MDL_C(5.0), MDL_C(0.0)));
+    ASSERT_SETTLED(5.0 - 0.0005, mdl_slew(&soft, MDL_C(4.999), MDL_C(5.0), MDL_C(0.0)));
+    ASSERT_SETTLED(0.693147181, mdl_slew(&soft, MDL_C(0.0), MDL_C(90.0), MDL_C(0.0)));
+    ASSERT_SETTLED(-0.693147181, mdl_slew(&soft, MDL_C(0.0), MDL_C(-90.0), MDL_C(0.0)));
+    /* A command that has risen evenly and slowly: the lag of one pole. */
+    ASSERT_SETTLED(0.001 * (1.0 - 0.5 / 0.693147181),
+                   mdl_slew(&soft, MDL_C(0.0), MDL_C(0.001), MDL_C(0.001)));
 }
 
 void test_a_slew_limit_may_differ_for_falling_commands(void)
 {
-    const mdl_slew_params uneven = {MDL_C(0.5), MDL_C(0.125)};
-    ASSERT_REAL(5.5, mdl_slew(&uneven, MDL_C(5.0), MDL_C(9.0)));
-    ASSERT_REAL(4.875, mdl_slew(&uneven, MDL_C(5.0), MDL_C(1.0)));
-    ASSERT_REAL(5.25, mdl_slew(&uneven, MDL_C(5.0), MDL_C(5.25)));
-    ASSERT_REAL(4.9375, mdl_slew(&uneven, MDL_C(5.0), MDL_C(4.9375)));
+    const mdl_slew_params uneven = {MDL_C(0.5), MDL_C(0.125), MDL_C(0.0), MDL_C(0.0), MDL_C(0.0)};
+    ASSERT_REAL(5.5, mdl_slew(&uneven, MDL_C(5.0), MDL_C(9.0), MDL_C(0.0)));
+    ASSERT_REAL(4.875, mdl_slew(&uneven, MDL_C(5.0), MDL_C(1.0), MDL_C(0.0)));
+    ASSERT_REAL(5.25, mdl_slew(&uneven, MDL_C(5.0), MDL_C(5.25), MDL_C(0.0)));
+    ASSERT_REAL(4.9375, mdl_slew(&uneven, MDL_C(5.0), MDL_C(4.9375), MDL_C(0.0)));
 }

@@ -58,6 +58,7 @@ _FLAT = {
     "slew_limit": {
         "slew_V_per_s": _Range(*_POSITIVE),
         "slew_fall_V_per_s": _Range(0.0, 1e12, 0.0),
+        "slew_knee_V": _Range(0.0, 1e6, 0.0),
     },
     "amplifier_lag": {"corner_hz": _Range(*_POSITIVE)},
     "asymmetry": _terms((1, 3))

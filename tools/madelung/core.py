@@ -75,8 +75,8 @@ class Chain:
         (4, 4), um, see mdl_shape.h.
     saturation
         high, low and knee, V, and the knee's power.
-    slew_step_V
-        Largest rise and fall in a substep.
+    slew
+        rise, fall and knee, V, decay and early, see mdl_drive.h.
     lag
         decay and ramp.
     rate
@@ -103,7 +103,7 @@ class Chain:
     substeps: int = 1
     shape: tuple[tuple[float, ...], ...] | None = None
     saturation: tuple[float, float, float, float] | None = None
-    slew_step_V: tuple[float, float] | None = None
+    slew: tuple[float, float, float, float, float] | None = None
     lag: tuple[float, float] | None = None
     rate: tuple[float, ...] | None = None
     envelope: tuple[float, ...] | None = None
@@ -152,8 +152,8 @@ class Core:
         lib.batch_set_shape(batch, shape)
         if chain.saturation is not None:
             lib.batch_set_saturation(batch, *chain.saturation)
-        if chain.slew_step_V is not None:
-            lib.batch_set_slew(batch, *chain.slew_step_V)
+        if chain.slew is not None:
+            lib.batch_set_slew(batch, *chain.slew)
         if chain.lag is not None:
             lib.batch_set_lag(batch, *chain.lag)
         if chain.rate is not None:

@@ -255,7 +255,7 @@ def _blocks(chain: Chain) -> dict[str, Tree]:
     found: dict[str, Tree] = {}
     for bit, member, names, values in (
         ("SATURATION", "saturation", _SATURATION, chain.saturation),
-        ("SLEW", "slew", _SLEW, chain.slew_step_V),
+        ("SLEW", "slew", _SLEW, chain.slew),
         ("LAG", "lag", _LAG, chain.lag),
         ("ENVELOPE", "envelope", _ENVELOPE, chain.envelope),
         ("BOUC", "bouc", _BOUC, chain.bouc),
@@ -307,7 +307,7 @@ _ENVELOPE = ("per_volt", "rise_volts", "rise_skew", "fall_volts", "fall_skew", "
 _BOUC = ("size_um", "per_volt", "power", "gamma")
 _RELAX = ("decay", "early", "pull")
 _SATURATION = ("high_volts", "low_volts", "knee_volts", "knee_power")
-_SLEW = ("rise_volts", "fall_volts")
+_SLEW = ("rise_volts", "fall_volts", "knee_volts", "decay", "early")
 
 
 def _struct(what: str, names: Iterable[str], values: Iterable[float]) -> Tree:

@@ -67,8 +67,9 @@ class SignalPath:
         Envelopes of a generalised play (mdl_envelope.h).
     high_V, low_V, knee_V, knee_power
         Saturation of the drive; the power makes another knee (mdl_drive.h).
-    slew_V_per_s, slew_fall_V_per_s
-        Slew limit, 0: none; for falling commands, 0: the same.
+    slew_V_per_s, slew_fall_V_per_s, slew_knee_V
+        Slew limit, 0: none; for falling commands, 0: the same; the lag at which the rate
+        saturates, 0: hard, else both ways are equal.
     corner_hz
         Amplifier lag, 0: none.
     damping_um, widening, threshold_V, power, v_ref_V_per_s, v_knee, velocity_tau_s
@@ -107,6 +108,7 @@ class SignalPath:
     knee_power: float = 0.0
     slew_V_per_s: float = 0.0
     slew_fall_V_per_s: float = 0.0
+    slew_knee_V: float = 0.0
     corner_hz: float = 0.0
     damping_um: float = 0.0
     widening: float = 0.0
@@ -203,7 +205,7 @@ def discretise(path: SignalPath, step_s: float, substeps: int | None = None) -> 
         substeps=n,
         shape=path.shape,
         saturation=(path.high_V, path.low_V, path.knee_V, path.knee_power) if limited else None,
-        slew_step_V=_slew(path, inner_s) if path.slew_V_per_s else None,
+        slew=_slew(path, inner_s) if path.slew_V_per_s else None,
         lag=_lag(1 / (2 * np.pi * path.corner_hz), inner_s) if path.corner_hz else None,
         rate=_rate(path, inner_s) if path.has_rate else None,
         envelope=_envelope(path) if path.rise_V > 0 or path.fall_V > 0 else None,
@@ -229,9 +231,13 @@ def _lag(tau_s: float, step_s: float) -> tuple[float, float]:
     return _flushed(decay), _flushed(ramp)
 
 
-def _slew(path: SignalPath, step_s: float) -> tuple[float, float]:
-    fall_V_per_s = path.slew_fall_V_per_s or path.slew_V_per_s
-    return path.slew_V_per_s * step_s, fall_V_per_s * step_s
+def _slew(path: SignalPath, step_s: float) -> tuple[float, float, float, float, float]:
+    rise_V = path.slew_V_per_s * step_s
+    if path.slew_knee_V == 0.0:
+        return rise_V, (path.slew_fall_V_per_s or path.slew_V_per_s) * step_s, 0.0, 0.0, 0.0
+    steps = max(rise_V / path.slew_knee_V, 1e-6)
+    early = 0.5 + steps / 12 if steps < 1e-3 else -1 / np.expm1(-steps) - 1 / steps
+    return rise_V, rise_V, path.slew_knee_V, _flushed(float(np.exp(-steps))), float(early)
 
 
 def _rate(path: SignalPath, step_s: float) -> tuple[float, ...]:
@@ -285,7 +291,7 @@ def _flushed(value: float) -> float:
 _FIELDS = {
     "delay": ("delay_s", "substeps_min"),
     "saturation": ("high_V", "low_V", "knee_V", "knee_power"),
-    "slew_limit": ("slew_V_per_s", "slew_fall_V_per_s"),
+    "slew_limit": ("slew_V_per_s", "slew_fall_V_per_s", "slew_knee_V"),
     "amplifier_lag": ("corner_hz",),
     "rate_dependence": (
         "damping_um",
@@ -319,6 +325,7 @@ _SECONDARY = (
     "knee_V",
     "knee_power",
     "slew_fall_V_per_s",
+    "slew_knee_V",
     "power",
     "v_ref_V_per_s",
     "v_knee",

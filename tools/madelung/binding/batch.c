@@ -104,9 +104,10 @@ void batch_set_saturation(batch *b, mdl_real high_volts, mdl_real low_volts, mdl
     switch_on(b, MDL_BLOCK_SATURATION);
 }
 
-void batch_set_slew(batch *b, mdl_real rise_volts, mdl_real fall_volts)
+void batch_set_slew(batch *b, mdl_real rise_volts, mdl_real fall_volts, mdl_real knee_volts,
+                    mdl_real decay, mdl_real early)
 {
-    b->params.slew = (mdl_slew_params){rise_volts, fall_volts};
+    b->params.slew = (mdl_slew_params){rise_volts, fall_volts, knee_volts, decay, early};
     switch_on(b, MDL_BLOCK_SLEW);
 }
 

@@ -38,7 +38,8 @@ void batch_clear_blocks(batch *b);
 void batch_set_substeps(batch *b, uint16_t substeps);
 void batch_set_saturation(batch *b, mdl_real high_volts, mdl_real low_volts, mdl_real knee_volts,
                           mdl_real knee_power);
-void batch_set_slew(batch *b, mdl_real rise_volts, mdl_real fall_volts);
+void batch_set_slew(batch *b, mdl_real rise_volts, mdl_real fall_volts, mdl_real knee_volts,
+                    mdl_real decay, mdl_real early);
 void batch_set_lag(batch *b, mdl_real decay, mdl_real ramp);
 void batch_set_rate(batch *b, mdl_real decay, mdl_real ramp, mdl_real v_scale, mdl_real power,
                     mdl_real v_knee, mdl_real at_knee, mdl_real damping_um, mdl_real widening,

@@ -82,6 +82,7 @@ def _clipped(path: SignalPath, v: Values) -> SignalPath:
 
 def _slew_limits(s: Scales) -> list[Form]:
     slew = Param("slew_V_per_s", 1e-3 * s.rate_max_V_per_s, s.rate_max_V_per_s, log=True)
+    knee = Param("slew_knee_V", 1e-4 * s.range_V, 0.3 * s.range_V, log=True)
     slews = [s.rate_max_V_per_s * float(k) for k in np.geomspace(0.02, 0.98, 14)]
     return [
         Form(
@@ -104,6 +105,18 @@ def _slew_limits(s: Scales) -> list[Form]:
                 slew_V_per_s=v["slew_V_per_s"] * v["rise_over_fall"] ** 0.5,
                 slew_fall_V_per_s=v["slew_V_per_s"] / v["rise_over_fall"] ** 0.5,
             ),
+        ),
+        Form(
+            "slew_limit",
+            "with a knee, as of an input stage that saturates",
+            (slew, knee),
+            lambda _: [
+                {"slew_V_per_s": v, "slew_knee_V": k * s.range_V}
+                for v in slews[-6:]
+                for k in (0.002, 0.01, 0.05)
+            ],
+            path=same_names((slew, knee)),
+            refines=True,
         ),
     ]
 
