@@ -12,6 +12,7 @@ from madelung.diagnosis.case import Trace
 from madelung.diagnosis.diagnose import best_with
 from madelung.diagnosis.effects import forms
 from madelung.diagnosis.effects.form import Form, Scales
+from madelung.diagnosis.effects.outside import outside_forms
 from madelung.diagnosis.effects.sensor import line_form
 from madelung.diagnosis.fit import Fit, Problem
 from madelung.diagnosis.holdout import (
@@ -593,7 +594,7 @@ def test_a_line_is_left_out_of_every_record_but_its_own() -> None:
         assert np.abs(seen).max() == largest
 
 
-def test_a_line_at_half_a_records_rate_is_fitted_and_counts_assteady() -> None:
+def test_a_line_at_half_a_records_rate_is_fitted_and_counts_as_steady() -> None:
     """There its sine cannot be seen, and its amplitude not known."""
     given = records()
     truth = {t.name: 0.1 * np.cos(2 * np.pi * 250.0 * t.t_s + 1.2) for t in given[1:]}
@@ -651,3 +652,54 @@ def test_two_causes_of_which_neither_shows_alone_are_found_together() -> None:
     assert found.best.effects == {"slew_limit", "resonance"}
     assert found.best.values["fn1_hz"] == pytest.approx(365.0, rel=0.001)
     assert found.best.values["slew_V_per_s"] == pytest.approx(12e3, rel=0.001)
+
+
+def made(path: SignalPath, more: Callable[[Trace], Floats]) -> Problem:
+    """A slow loop, and two records of ramps between random turning points with more um added."""
+    ramps = np.interp(np.arange(3000) / 60.0, np.arange(51), RNG(4).uniform(1.0, 39.0, 51))
+
+    def one(name: str, u: Floats, seed: int, role: str = "train") -> Trace:
+        y = Runner(0.0, 40.0).run(path, u, 0.005) + 0.003 * RNG(seed).standard_normal(u.size)
+        t = trace(name, u, y, 0.005, role)
+        return t if role == "identify" else replace(t, y_um=y + more(t))
+
+    given = [one("identify", SLOW, 0, "identify"), one("ramps", ramps, 1)]
+    given.append(one("back", ramps[::-1].copy(), 2))
+    rate = max(float(np.abs(np.diff(t.u_V)).max()) / t.step_s for t in given)
+    scales = replace(SCALES, rate_max_V_per_s=rate, step_min_s=0.005, length_max_s=15.0)
+    return Problem(given, Noise(0.003, 0.0, 1.0, 1000, known=True), scales, 3)
+
+
+def search(posed: Problem) -> tuple[Engine, Search]:
+    engine = Engine(posed, forms(posed.scales), 1, lambda _: None)
+    return engine, engine.search(posed.fit((), {}, BETA))
+
+
+def test_the_records_tell_the_size_that_a_fit_starts_from() -> None:
+    bent = PATH.but(bouc_um=0.05, bouc_V=6.0, bouc_power=1.2, bouc_gamma=0.2)
+    _, found = search(made(bent, lambda t: np.zeros(t.u_V.size)))
+    assert found.best.effects == {"non_masing"}
+    assert found.best.values["bouc_um"] == pytest.approx(0.05, rel=0.2)
+
+
+@pytest.mark.parametrize(("share", "unseats"), [(0.03, False), (0.6, True)])
+def test_curves_unseat_a_model_only_where_it_is_clearly_wrong(share: float, unseats: bool) -> None:
+    """A drift, and what differs from record to record."""
+
+    def moved(t: Trace) -> Floats:
+        z = t.t_s / t.t_s[-1]
+        return z + share * (z - z**2) * (1.0 if t.name == "ramps" else -1.0)
+
+    engine, found = search(made(PATH, moved))
+    outsider = engine.outsider(found, outside_forms(engine.problem.scales, engine.problem.traces))
+    assert found.best.effects == {"drift"}
+    assert (outsider is not None) == unseats
+
+
+def test_where_much_is_left_no_form_is_too_fine_to_be_tried() -> None:
+    """Thresholds that grow as the logarithm of the speed; viscous operators are no such thing."""
+    law = {"power": 0.1, "v_knee": 0.05, "v_ref_V_per_s": 30.0, "of_speed": 1.0}
+    grown = PATH.but(widening=0.4, velocity_tau_s=0.01, **law)
+    engine, found = search(made(grown, lambda t: 0.02 * t.t_s))
+    assert found.best.effects == {"rate_dependence", "drift"}
+    assert found.best.cost < 1.2 * engine.problem.rows

@@ -417,6 +417,14 @@ class Probe:
         """How much the cost would fall along columns, what is fitted already refitted with them."""
         return self._explained(columns, self.base.residual)
 
+    def amplitude(self, column: Array) -> float:
+        """By how much a column is to be scaled, so that the cost falls most along it."""
+        cross = self._unit @ column
+        residual = self.base.residual
+        score = column @ residual - cross @ self._inverse @ (self._unit @ residual)
+        left = float(column @ column - cross @ self._inverse @ cross)
+        return float(score) / left if left > 0.0 else 0.0
+
     def fall(self, columns: list[Array]) -> float:
         """How much the cost falls when the sum of columns is added as it is."""
         c = np.sum(columns, axis=0)

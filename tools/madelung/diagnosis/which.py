@@ -89,6 +89,9 @@ BENT = frozenset({"asymmetry", "non_masing"})
 """Loops that are not symmetric bend minor loops too: one effect, not two (diagnose.md)."""
 DAMPING_SHARE = 0.95
 STRETCH_ROWS = 64
+OUTSIDE_SHARE = 0.01
+"""Of what an effect explains, that something else must explain more in its place: curves take that
+from any model that is not quite right."""
 OUTSIDE_LEFT = 0.3
 """Share of the accepted effects' excess that what is outside the vocabulary may leave."""
 EXCESS_MIN = 0.05
@@ -232,7 +235,7 @@ class Engine:
             # One of two causes may prove nothing as long as the other hides it.
             alone = size == 1 and not self._is_clean(best)
             if self.gain(best, ranked[0]) > hope:
-                ranked = sorted([self._refined(ranked[0]), *ranked[1:]], key=self.score)
+                ranked = sorted([self._refined(ranked[0], null), *ranked[1:]], key=self.score)
             elif not alone:
                 break
             if self.accepted(best, ranked[0], null):
@@ -269,10 +272,11 @@ class Engine:
         )
         return [f for f in ranked if f.cost - self.problem.rows <= limit]
 
-    def _refined(self, fit: Fit) -> Fit:
+    def _refined(self, fit: Fit, null: Fit) -> Fit:
         """With other or richer forms of its effects, where these are better.
 
-        The form that fits best alone need not fit best beside other effects.
+        The form that fits best alone need not fit best beside other effects. Where much is left,
+        none is too fine to be tried.
         """
         if self.problem.excess(fit.residual).sum() < SPOTLESS_EXCESS * self.problem.rows:
             return fit
@@ -281,7 +285,9 @@ class Engine:
             for form in [f for f in self.forms if f.effect == effect]:
                 old = next(f for f in fit.forms if f.effect == effect)
                 richer = set(old.keys) <= set(form.keys)
-                if form is not old and (richer or not form.refines):
+                if form is not old and (
+                    richer or not form.refines or not self.is_enough(fit, null)
+                ):
                     before, fit = fit, self._exchanged(probe, fit, old, form)
                     probe = probe if fit is before else self._probe(fit)
         return fit
@@ -443,7 +449,7 @@ class Engine:
         if not form.linear:  # where the model is good as it stands, the way is short
             best = max(range(len(starts)), key=lambda i: (probe.fall(columns[i]), -i))
             chosen += [f for f in found[keep:] if f[1] == best]
-        return [(gain, starts[i]) for gain, i in chosen if gain > 0]
+        return [(g, _sized(form, starts[i], probe, columns[i])) for g, i in chosen if g > 0]
 
     def _lines(self, parent: Fit) -> list[Form]:
         found = peaks(self.problem, parent.residual)
@@ -473,12 +479,12 @@ class Engine:
         best, given = search.best, search.null.effects
         named = best.effects - given
         bases = {best.effects - {e} for e in named} | ({given} if named else set())
-        found: list[Fit] = []
+        better: list[Fit] = []
         for base in (self.fits[key] for key in sorted(bases & self.fits.keys(), key=sorted)):
             parent = self.problem.fit(base.forms, base.values, base.beta, iterations=2)
             more = self._lines(parent) if lines else []
-            found += self._children(parent, [*forms, *more], goal=best.cost)
-        better = [f for f in found if self._outdoes(f, best)]
+            found = self._children(parent, [*forms, *more], goal=best.cost)
+            better += [f for f in found if self._outdoes(f, best, parent)]
         if not better:
             return None
         nearest = min(better, key=self.score)
@@ -494,14 +500,18 @@ class Engine:
         start = self.fits.get(kept, replace(search.best, forms=rest))
         return replace(search, best=self._keep(self.again(start)))
 
-    def _outdoes(self, other: Fit, best: Fit) -> bool:
-        """Whether it comes clearly nearer; or, with fewer models, is not clearly farther off."""
+    def _outdoes(self, other: Fit, best: Fit, base: Fit) -> bool:
+        """Whether it comes clearly nearer; or, with fewer models, is not clearly farther off.
+
+        ``base`` is what both have in common.
+        """
         rows = self.problem.rows
         back = self.gain(other, best)
         price = GAIN_PER_PARAM * max(len(other.params) - len(best.params), 0)
         simpler = len(other.forms) < len(best.forms) and back + price < GAIN_FURTHER
         clearly = self.gain(best, other) - max(back, 0.0) > GAIN_MIN + price
-        if not simpler and not (clearly and other.cost < best.cost):
+        nearer = best.cost - other.cost > OUTSIDE_SHARE * max(base.cost - best.cost, 0.0)
+        if not simpler and not (clearly and nearer):
             return False
         # Curves take from what a model does not do quite right; a cause leaves little.
         cause = all(f.effect in EFFECTS for f in other.forms)
@@ -587,6 +597,18 @@ class Engine:
                 break
             fit = min(needless, key=self.score)
         return fit
+
+
+def _sized(
+    form: Form, start: dict[str, float], probe: Probe, columns: list[Array]
+) -> dict[str, float]:
+    """A start of the size that the records ask for, as far as the form's bounds allow it."""
+    size = next((p for p in form.params if p.key == form.size), None)
+    if size is None:
+        return start
+    asked = start[size.key] * probe.amplitude(columns[0])
+    within = float(np.clip(asked, size.low, size.high))
+    return start | {size.key: within} if within != size.null else start
 
 
 def _fitted(fit: Fit) -> int:

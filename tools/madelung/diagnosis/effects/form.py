@@ -70,6 +70,8 @@ class Form:
     resample: Resample | None = None
     linear: bool = False
     priors: tuple[dict[str, float], ...] = field(default=())
+    size: str | None = None
+    """The parameter that the displacement is about linear in; the records tell its start."""
     refines: bool = False
     """Only tried where a simpler form of the effect has been fitted, from its values."""
 

@@ -94,13 +94,20 @@ def _non_masing(s: Scales) -> list[Form]:
         Param("bouc_gamma", -0.8, 0.8),
     )
     starts = [
-        {"bouc_um": c * s.stroke_um, "bouc_V": k * s.range_V, "bouc_power": 1.5, "bouc_gamma": 0.0}
-        for k in (0.1, 0.25, 0.5, 1.0)
-        for c in (-0.05, 0.05)
+        {"bouc_um": 0.01 * s.stroke_um, "bouc_V": k * s.range_V, "bouc_power": p, "bouc_gamma": 0.0}
+        for k in (0.1, 0.2, 0.4, 1.0)
+        for p in (1.0, 2.0)
     ]
     return [
         _shape_form("non_masing", "minor loops", MINOR, s),
-        Form("non_masing", "a part by Bouc and Wen", bouc, lambda _: starts, path=same_names(bouc)),
+        Form(
+            "non_masing",
+            "a part by Bouc and Wen",
+            bouc,
+            lambda _: starts,
+            path=same_names(bouc),
+            size="bouc_um",
+        ),
     ]
 
 
@@ -142,13 +149,22 @@ def _by_velocity(
     kneed = [v | {"v_knee": k} for v in starts[1:3] for k in (0.03, 0.3)]
     apply = _velocity_law(size.key, of_speed, _v_ref(s))
     return [
-        Form("rate_dependence", name, plain, lambda _: starts, apply, refines=of_speed),
+        Form(
+            "rate_dependence",
+            name,
+            plain,
+            lambda _: starts,
+            apply,
+            size=size.key,
+            refines=of_speed,
+        ),
         Form(
             "rate_dependence",
             f"{name}, straight below a knee",
             (*plain, v_knee),
             lambda _: kneed,
             apply,
+            size=size.key,
             refines=True,
         ),
     ]

@@ -7,6 +7,9 @@ import numpy as np
 from madelung.diagnosis.effects.form import Form, Param, Scales, Values, same_names
 from madelung.path import SignalPath
 
+DELAY_MAX_S = 1.0
+DELAY_MAX_STEPS = 400
+"""Of the fastest record: the core's memory."""
 CLIP_SHARES = (0.01, 0.03, 0.07, 0.12, 0.2)
 """Of the range, that a clip may cut off."""
 FAST_SHARE = 0.13
@@ -19,7 +22,7 @@ def input_forms(s: Scales) -> list[Form]:
 
 
 def _longest_delay_s(s: Scales) -> float:
-    return min(0.05, 0.1 * s.length_max_s, 400 * s.step_min_s)
+    return min(DELAY_MAX_S, 0.1 * s.length_max_s, DELAY_MAX_STEPS * s.step_min_s)
 
 
 def _delays(s: Scales) -> list[Form]:
