@@ -61,8 +61,8 @@ static mdl_status check_relax(const mdl_relax_params *p)
 
 static mdl_status check_rate(const mdl_rate_params *p)
 {
-    const mdl_real v[] = {p->v_scale,    p->power,    p->v_knee,         p->at_knee,
-                          p->damping_um, p->widening, p->threshold_volts};
+    const mdl_real v[] = {p->v_scale,    p->power,    p->v_knee,          p->at_knee,
+                          p->damping_um, p->widening, p->threshold_volts, p->swelling};
     mdl_status status = check_lag(&p->filter);
     if (status == MDL_OK) {
         status = check_relax(&p->relax);
@@ -72,6 +72,7 @@ static mdl_status check_rate(const mdl_rate_params *p)
                : judge(v, COUNT(v),
                        p->power > MDL_C(0.0) && p->power <= MDL_C(4.0) && p->v_knee >= MDL_C(0.0) &&
                            p->widening >= MDL_C(0.0) && p->threshold_volts >= MDL_C(0.0) &&
+                           p->swelling >= MDL_C(0.0) &&
                            (p->widening == MDL_C(0.0) || p->relax.decay == MDL_C(0.0)));
 }
 
@@ -355,16 +356,13 @@ static mdl_status with_rate(mdl_chain *chain, mdl_real x, mdl_real drive_rise, m
 {
     const mdl_chain_params *p = chain->params;
     mdl_real s = mdl_rate_law(&chain->at.velocity, &p->rate, drive_rise);
+    mdl_real g = p->rate.of_speed ? mdl_rate_law(&chain->at.speed, &p->rate, mdl_size(drive_rise))
+                                  : mdl_size(s);
     mdl_real held = MDL_C(0.0);
     mdl_real grown = MDL_C(0.0);
     mdl_status status;
     if (p->rate.threshold_volts > MDL_C(0.0) || p->rate.widening > MDL_C(0.0)) {
-        mdl_real g = mdl_size(s);
-        mdl_real width;
-        if (p->rate.of_speed) {
-            g = mdl_rate_law(&chain->at.speed, &p->rate, mdl_size(drive_rise));
-        }
-        width = MDL_C(2.0) * p->rate.threshold_volts * g;
+        mdl_real width = MDL_C(2.0) * p->rate.threshold_volts * g;
         held = x - mdl_backlash_step(width, chain->at.gripped_volts, x);
         x -= held;
         rise = x - chain->at.gripped_volts; /* of what the operators get */
@@ -377,6 +375,11 @@ static mdl_status with_rate(mdl_chain *chain, mdl_real x, mdl_real drive_rise, m
         grown = mdl_plays_relax(&chain->at.plays, &chain->plays, x, rise, &p->rate.relax);
     }
     status = mdl_traj_step(&chain->traj, x, y);
+    if (p->rate.swelling > MDL_C(0.0)) {
+        mdl_real chord =
+            p->major.at_zero_um + chain->traj.full_swing_um * (x / p->major.range_volts);
+        *y += p->rate.swelling * g * (*y - chord);
+    }
     /* The operator without a threshold, whose weight is f0'(0), follows all the same. */
     *y += mdl_major_first_slope(&p->major) * held - grown;
     *y += p->rate.damping_um * s;

@@ -1,6 +1,6 @@
 /**
  * @file mdl_rate.h
- * @brief Rate dependence: loops that widen with the rate of the input, in four forms.
+ * @brief Rate dependence: loops that widen with the rate of the input, in five forms.
  *
  * With g(v) = (|v| + v_0)^p - v_0^p, v the filtered velocity of the input over a reference:
  * Damping: y += c g(v) sgn(v), with v_0 = 0 the m-th-power velocity damping of Yang et al. 2015,
@@ -9,10 +9,12 @@
  * Yang et al. compare with. For plays and relays alike this is the trajectory behind a play
  * operator of that half width; the operator without a threshold, weight f0'(0), stays as it is.
  * Widening: every threshold grows by its share c g (mdl_plays.h).
+ * Swelling: what the trajectory deviates from the straight line through the ends of the major loop
+ * grows by its share c g.
  * Relaxing: the operators are viscous (mdl_plays.h), without g.
- * For threshold and widening v is the filtered velocity, or the filtered speed, which does not fall
- * to 0 where the input turns. With v_0 > 0 and a small p the law goes as the logarithm of 1 + |v| /
- * v_0.
+ * For threshold, widening and swelling v is the filtered velocity, or the filtered speed, which
+ * does not fall to 0 where the input turns. With v_0 > 0 and a small p the law goes as the
+ * logarithm of 1 + |v| / v_0.
  */
 #ifndef MDL_RATE_H
 #define MDL_RATE_H
@@ -30,7 +32,8 @@ typedef struct {
     mdl_real damping_um;      /**< c of the damping, um */
     mdl_real widening;        /**< c of the widening, no unit, >= 0 */
     mdl_real threshold_volts; /**< c of the threshold, volts, >= 0 */
-    uint16_t of_speed;        /**< 1: threshold and widening go with the filtered speed */
+    mdl_real swelling;        /**< c of the swelling, no unit, >= 0 */
+    uint16_t of_speed;        /**< 1: all but the damping go with the filtered speed */
     mdl_relax_params relax;   /**< decay 0: none; not beside a widening */
 } mdl_rate_params;
 

@@ -15,3 +15,9 @@ mdl_real mdl_shape_swing(const mdl_shape *shape, mdl_real a_volts, mdl_real b_vo
     }
     return sum;
 }
+
+mdl_real mdl_shape_widening(const mdl_shape *shape, mdl_real swing_volts)
+{
+    mdl_real d = swing_volts * shape->per_range;
+    return d < MDL_C(1.0) ? (shape->loop[0] + shape->loop[1] * d) * (MDL_C(1.0) - d) : MDL_C(0.0);
+}

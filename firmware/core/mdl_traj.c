@@ -43,6 +43,30 @@ static uint_fast16_t held(const mdl_tp_stack *side)
 #define ANY (MDL_DEGREE_UNROLLED + 1u)
 
 /*
+ * How far a branch has come when its loop is wider than the rules make it (mdl_shape.h): gained is
+ * what it has gained by them. It must end in the turning point at which its loop began, whatever
+ * the branch that came from there has gained.
+ */
+static mdl_real widened(const mdl_traj *traj, mdl_real x, mdl_real gained, uint16_t down)
+{
+    const mdl_tp *from = (down ? &traj->right : &traj->left)->end - 1;
+    const mdl_tp *to = (down ? &traj->left : &traj->right)->end - 1;
+    const mdl_tp *low = down ? to : from;
+    const mdl_tp *high = down ? from : to;
+    mdl_real whole = high->x.real - low->x.real;
+    mdl_real part = mdl_size(x - from->x.real) / whole;
+    mdl_real more = MDL_C(1.0) + mdl_shape_widening(traj->major->shape, whole);
+    mdl_real by_rules = mdl_major_swing(traj->major, low->x.real, high->x.real);
+    return more * gained + part * (high->y_um - low->y_um - more * by_rules);
+}
+
+static int has_wider_loops(const mdl_major *major)
+{
+    return major->shape != 0 &&
+           (major->shape->loop[0] != MDL_C(0.0) || major->shape->loop[1] != MDL_C(0.0));
+}
+
+/*
  * Output at x on the current curve, eq. (6). As printed, the intervals and the arguments of even
  * and odd k have changed places: an ascending curve (k even) starts at a left turning point A_k and
  * holds for x_Ak < x < x_A(k-1), a descending one (k odd) at a right one for x_A(k-1) < x < x_Ak;
@@ -55,11 +79,15 @@ MDL_INLINE mdl_status put(mdl_traj *traj, mdl_real x, mdl_real *y_um, uint16_t d
                           uint16_t degree)
 {
     const mdl_tp_stack *from = down ? &traj->right : &traj->left;
+    const mdl_tp_stack *to = down ? &traj->left : &traj->right;
     mdl_real start, y;
     traj->last.x.real = x;
     if (degree == ANY) {
         start = from->end[-1].x.real;
         y = mdl_major_swing(traj->major, down ? x : start, down ? start : x);
+        if (has_wider_loops(traj->major) && to->end > to->tp) {
+            y = widened(traj, x, y, down);
+        }
     } else {
         start = from->limit.real;
         y = mdl_major_horner(traj->c, degree, down ? start - x : x - start);

@@ -16,7 +16,7 @@ from numpy.polynomial import polynomial
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
-from scipy.signal import lsim
+from scipy.signal import lfilter, lsim
 
 from madelung.core import Precision
 from madelung.errors import InputError
@@ -63,6 +63,10 @@ BLOCKS = {
     "widening with a knee": PATH.but(widening=0.2, v_knee=0.05, **RATE),
     "widening with the speed": PATH.but(widening=0.2, of_speed=1.0, **RATE),
     "thresholds of the speed": PATH.but(threshold_V=2.0, of_speed=1.0, **RATE),
+    "loops that swell with the speed": PATH.but(swelling=0.2, of_speed=1.0, **RATE),
+    "loops that swell with the velocity": PATH.but(swelling=0.2, **RATE),
+    "wider minor loops": PATH.but(loop_share=0.2, loop_slope=-0.1),
+    "wider minor loops and a shape": PATH.but(shape=SHAPE, loop_share=-0.2, loop_slope=0.3),
     "viscous operators": PATH.but(relax_s=1e-3),
     "viscous operators by the square": PATH.but(relax_per_V_s=300.0),
     "creep": PATH.but(creep=tuple(CreepMode(tau, 0.01) for tau in TAUS_S)),
@@ -413,6 +417,38 @@ def test_shape_adds_a_polynomial_in_swing_and_middle() -> None:
     np.testing.assert_allclose(run(BLOCKS["shape"], u), expected, rtol=0, atol=1e-12)
 
 
+def test_minor_loops_are_wider_by_their_size() -> None:
+    """The deviation from the chord between two turning points grows; loops close."""
+
+    def f0(x: Array | float) -> Array:
+        return np.asarray(polynomial.polyval(x, PATH.f0) - PATH.f0[0])
+
+    def branch(q: Array, swing: float, from_um: float, to_um: float) -> Array:
+        """From a turning point to the one at which the loop closes, q volts away from it."""
+        more = 1 + (0.3 - 0.2 * swing / RANGE_V) * (1 - swing / RANGE_V)
+        chord = q / swing
+        bent = f0(q) - chord * f0(swing)
+        return from_um + chord * (to_um - from_um) + np.sign(to_um - from_um) * more * bent
+
+    u = np.concatenate([np.linspace(0, 90, 91), np.linspace(89, 25, 65), np.linspace(26, 90, 65)])
+    up = PATH.f0[0] + f0(u[:91])
+    down = branch(90.0 - u[91:156], 90.0, up[-1], up[0])
+    again = branch(u[156:] - 25.0, 65.0, down[-1], up[-1])
+    found = run(PATH.but(loop_share=0.3, loop_slope=-0.2), u)
+    np.testing.assert_allclose(found, np.concatenate([up, down, again]), rtol=0, atol=1e-12)
+
+
+def test_loops_swell_about_the_chord_of_the_major_loop() -> None:
+    u = command()[1]
+    path = PATH.but(power=1.0, v_ref_V_per_s=5000.0, velocity_tau_s=1e-3, of_speed=1.0)
+    y = run(path.but(damping_um=-1e-12), u)
+    decay = np.exp(-STEP_S / 1e-3)
+    speed = lfilter([1 - decay], [1, -decay], np.abs(np.diff(u, prepend=u[0]))) / STEP_S
+    chord = PATH.f0[0] + u / RANGE_V * (polynomial.polyval(RANGE_V, PATH.f0) - PATH.f0[0])
+    found = run(path.but(swelling=0.2), u)
+    np.testing.assert_allclose(found, y + 0.2 * speed / 5000.0 * (y - chord), rtol=0, atol=1e-9)
+
+
 @pytest.mark.parametrize("v_V_per_s", [100.0, 2000.0])
 def test_damping_adds_a_power_of_the_rate(v_V_per_s: float) -> None:
     """Once the velocity's filter has settled."""
@@ -595,7 +631,7 @@ def test_linear_operators_follow_earlier_by_what_the_sample_time_asks(share: flo
     rate = discretise(PATH.but(relax_s=STEP_S / 4 / share), STEP_S).rate
     assert rate is not None
     h = np.longdouble(share)
-    decay, early, pull = rate[10:]
+    decay, early, pull = rate[11:]
     series = 0.5 - h / 12 + h**3 / 720
     exact = series if share < 1e-5 else 1 / h + 1 / np.expm1(-h) + 1
     assert decay == pytest.approx(float(np.exp(-h)), rel=1e-12) and pull == 0.0

@@ -703,3 +703,22 @@ def test_where_much_is_left_no_form_is_too_fine_to_be_tried() -> None:
     engine, found = search(made(grown, lambda t: 0.02 * t.t_s))
     assert found.best.effects == {"rate_dependence", "drift"}
     assert found.best.cost < 1.2 * engine.problem.rows
+
+
+def test_of_a_lines_images_the_lowest_is_taken() -> None:
+    """13.7 Hz lies beside a stronger line, as short records show it; slow ones also show images."""
+
+    def one(name: str, hz: float, rows: int) -> Trace:
+        t = np.arange(rows) / hz
+        y = 0.27 * np.sin(2 * np.pi * 23.7 * t) + 0.18 * np.sin(2 * np.pi * 13.7 * t + 1.0)
+        y += lfilter([0.003], [1.0, -0.99], RNG(rows).standard_normal(rows))
+        return trace(name, 20.0 + np.sin(t), y, 1 / hz)
+
+    records = [
+        one("slow", 200.0, 6000),
+        one("middle", 1000.0, 6001),
+        one("fast", 2e4, 5600),
+        one("faster", 2e4, 5601),
+    ]
+    found = peaks(problem(records), np.concatenate([t.y_um for t in records]) / 0.003)
+    assert found[:2] == pytest.approx([23.7, 13.7], abs=0.02)

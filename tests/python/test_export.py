@@ -58,6 +58,8 @@ BLOCKS = {
     },
     "damping": {"damping_um": -0.05, "velocity_tau_s": 3e-4, "power": 0.7, "v_ref_V_per_s": 1e5},
     "widening": {"widening": 0.5, "power": 1.3, "v_ref_V_per_s": 1e5},
+    "swelling": {"swelling": 0.3, "power": 0.4, "v_ref_V_per_s": 1e5, "of_speed": 1.0},
+    "wider minor loops": {"loop_share": 0.2, "loop_slope": -0.1},
     "thresholds": {"threshold_V": 1.7, "power": 0.4, "v_ref_V_per_s": 1e5},
     "a law with a knee": {"widening": 0.5, "power": 0.4, "v_ref_V_per_s": 1e5, "v_knee": 0.03},
     "a law of the speed": {"threshold_V": 1.7, "v_ref_V_per_s": 1e5, "of_speed": 1.0},
@@ -152,7 +154,8 @@ def test_exported_c_and_the_model_give_the_same_bits(
 @pytest.mark.parametrize("name", BLOCKS)
 def test_every_block_changes_what_is_computed(name: str) -> None:
     """So that the comparison above compares something."""
-    u = 55 - 75 * np.cos(np.arange(4000) * 0.03)
+    k = np.arange(4000)
+    u = 55 - 75 * np.cos(k * 0.03) * np.exp(-k / 8000)
     with_block, without = (
         predictor(AUGMENTED[n], "float32", 1 / RATE_HZ, -20.0).run(u) for n in (name, "no block")
     )

@@ -20,6 +20,8 @@ PATH = SignalPath(
     40.0,
     (0.58517, 0.086444, 0.0011949, -6.1876e-06),
     shape=tuple(tuple(0.01 * (k - j) for j in range(4)) for k in range(4)),
+    loop_share=0.2,
+    loop_slope=-0.1,
     high_V=37.0,
     low_V=1.0,
     knee_V=2.7,
@@ -30,6 +32,7 @@ PATH = SignalPath(
     damping_um=-0.02,
     widening=0.1,
     threshold_V=0.3,
+    swelling=0.05,
     power=0.7,
     v_ref_V_per_s=3000.0,
     v_knee=0.04,
@@ -67,7 +70,9 @@ PATH = SignalPath(
     ),
 )
 MODEL = replace(augmented_model(PATH, 40.0), yang=PATH.yang)
-_SOFT = PATH.but(knee_power=0.0, widening=0.0, of_speed=0.0, shape=None, yang=None)
+_SOFT = PATH.but(knee_power=0.0, slew_knee_V=0.4, widening=0.0, of_speed=0.0, yang=None).but(
+    shape=None, loop_share=0.0, loop_slope=0.0
+)
 OTHERS = {"viscous": _SOFT.but(relax_s=1.1e-3), "by_square": _SOFT.but(relax_per_V_s=230.0)}
 
 if __name__ == "__main__":

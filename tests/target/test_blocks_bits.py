@@ -14,7 +14,7 @@ from params import MODEL, OTHERS, PATH, RATE_HZ
 from madelung.core import Chain, Predictor
 from madelung.path import discretise
 
-NAMES = "saturation slew_step_V lag rate creep modes backlash delay gain yang bouc envelope".split()
+NAMES = "saturation slew lag rate creep modes backlash delay gain yang bouc envelope".split()
 """Fields of `Chain` in the order of the bits MDL_BLOCK_..."""
 SHAPE = 0x8000
 OFF: dict[str, Any] = {name: getattr(Chain(), name) for name in [*NAMES, "shape"]}
@@ -24,7 +24,7 @@ MASKS |= {"all": ALL - MASKS["yang"], "all around yang": ALL}
 CASES = {name: (0, mask) for name, mask in MASKS.items()} | {
     f"{name} of {path}": (k, MASKS[name] - (MASKS[name] & SHAPE))
     for k, path in enumerate(OTHERS, 1)
-    for name in ("saturation", "rate", "all")
+    for name in ("saturation", "slew", "rate", "all")
 }
 """By name: which of params.py's paths, and the blocks that act."""
 

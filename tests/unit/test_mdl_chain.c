@@ -71,6 +71,7 @@ static void use_everything(void)
     params.rate.damping_um = MDL_C(0.125);
     params.rate.widening = MDL_C(0.5);
     params.rate.threshold_volts = MDL_C(0.25);
+    params.rate.swelling = MDL_C(0.125);
     params.rate.of_speed = 1;
     params.envelope.per_volt = MDL_C(0.125);
     params.envelope.rise_volts = MDL_C(0.5);
@@ -206,6 +207,7 @@ void test_init_refuses_what_no_block_can_run_with(void)
                          &params.rate.damping_um,
                          &params.rate.widening,
                          &params.rate.threshold_volts,
+                         &params.rate.swelling,
                          &params.rate.relax.decay,
                          &params.rate.relax.early,
                          &params.rate.relax.pull,
@@ -270,6 +272,7 @@ void test_init_refuses_what_no_block_can_run_with(void)
                {&params.rate.v_knee, MDL_C(-0.5)},
                {&params.rate.widening, MDL_C(-0.5)},
                {&params.rate.threshold_volts, MDL_C(-0.5)},
+               {&params.rate.swelling, MDL_C(-0.5)},
                {&params.creep[0].lag.decay, MDL_C(2.0)},
                {&params.dead_band_um, MDL_C(-0.5)},
                {&params.spring_share, MDL_C(-0.5)},

@@ -203,7 +203,7 @@ void test_play_operators_that_are_refused(void)
 void test_a_swing_depends_on_its_length_unless_a_shape_says_otherwise(void)
 {
     /* f0 = 1 + x + x^2: a swing of 1.5 gives 1.5 + 2.25, wherever it lies. */
-    mdl_shape shape = {MDL_C(0.25), {{MDL_C(8.0)}}};
+    mdl_shape shape = {MDL_C(0.25), {{MDL_C(8.0)}}, {MDL_C(0.0)}};
     ASSERT_STATUS(MDL_OK, mdl_major_init_polynomial(&major, MDL_C(4.0), ones, 2));
     ASSERT_REAL(3.75, mdl_major_swing(&major, MDL_C(0.0), MDL_C(1.5)));
     ASSERT_REAL(3.75, mdl_major_swing(&major, MDL_C(2.0), MDL_C(3.5)));

@@ -123,7 +123,8 @@ void test_the_weights_reproduce_a_broken_line(void)
 
 void test_the_shape_is_left_out(void)
 {
-    const mdl_shape shape = {MDL_C(0.03125), {{MDL_C(2.0), MDL_C(4.0)}, {MDL_C(1.0)}}};
+    const mdl_shape shape = {
+        MDL_C(0.03125), {{MDL_C(2.0), MDL_C(4.0)}, {MDL_C(1.0)}}, {MDL_C(0.0)}};
     mdl_plays_params before = params;
     major.shape = &shape;
     mdl_plays_make(&params, &major);

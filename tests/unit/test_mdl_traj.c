@@ -437,7 +437,7 @@ void test_the_play_model_is_reproduced(void)
 void test_a_shape_adds_its_terms_and_loops_still_close(void)
 {
     /* s'^1 m'^1 with 16 um: a swing from a to b adds 16 (b - a) / 8 ((a + b) / 8 - 1). */
-    mdl_shape shape = {MDL_C(0.125), {{MDL_C(16.0)}}};
+    mdl_shape shape = {MDL_C(0.125), {{MDL_C(16.0)}}, {MDL_C(0.0)}};
     major.shape = &shape;
     ASSERT_STATUS(MDL_OK, mdl_traj_init(&traj, &major, &left, &right, MDL_C(1.0)));
     STEP(4.0, 12.0, 1, MDL_OK);              /* 16 + 8 * (1/2 - 1) */
@@ -446,6 +446,21 @@ void test_a_shape_adds_its_terms_and_loops_still_close(void)
     STEP(8.0, 64.0, 1, MDL_OK);              /* 64 + 16 * 0 */
     STEP(0.0, 0.0, 0, MDL_OK);               /* the loop closes */
     STEP(-1.0, -14.75, 0, MDL_EXTRAPOLATED); /* 64 - (81 + 18 * (7/8 - 1)) */
+}
+
+void test_minor_loops_of_another_width_close_where_they_began(void)
+{
+    /* f0 = x^2 on 8 V, wider by (1 - D / 8) / 2: by 1/4 for D = 4, by 3/8 for D = 2. */
+    mdl_shape shape = {MDL_C(0.125), {{MDL_C(0.0)}}, {MDL_C(0.5), MDL_C(0.0)}};
+    major.shape = &shape;
+    ASSERT_STATUS(MDL_OK, mdl_traj_init(&traj, &major, &left, &right, MDL_C(1.0)));
+    STEP(4.0, 16.0, 1, MDL_OK);
+    STEP(2.0, 13.0, 2, MDL_OK);   /* 16 less 5/4 * 4 + 1/2 (16 - 5/4 * 16) */
+    STEP(3.0, 13.125, 3, MDL_OK); /* 13 and 11/8 + 1/2 (3 - 11/8 * 4) */
+    STEP(4.0, 16.0, 1, MDL_OK);
+    STEP(8.0, 64.0, 1, MDL_OK);
+    STEP(4.0, 48.0, 2, MDL_OK); /* the major loop is as it was */
+    STEP(0.0, 0.0, 0, MDL_OK);
 }
 
 /* ---- saving and resuming ---- */

@@ -73,6 +73,7 @@ _FLAT = {
         "damping_um": _Range(*_ANY, 0.0),
         "widening": _Range(0.0, 1e6, 0.0),
         "threshold_V": _Range(0.0, 1e6, 0.0),
+        "swelling": _Range(0.0, 1e6, 0.0),
         "power": _Range(0.01, 4.0, 1.0),
         "v_ref_V_per_s": _Range(*_POSITIVE),
         "v_knee": _Range(0.0, 1e6, 0.0),
@@ -87,6 +88,8 @@ _FLAT = {
         "bouc_V": _Range(*_POSITIVE, 1.0),
         "bouc_power": _Range(1.0, 4.0, 1.0),
         "bouc_gamma": _Range(-0.9, 1.0, 0.0),
+        "loop_share": _Range(*_ANY, 0.0),
+        "loop_slope": _Range(*_ANY, 0.0),
     },
     "initial_state": {
         "start_peak_V": _Range(*_ANY),

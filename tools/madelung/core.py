@@ -73,6 +73,8 @@ class Chain:
         Steps per sample, 1 to 64.
     shape
         (4, 4), um, see mdl_shape.h.
+    loop
+        l_0 and l_1 of mdl_shape.h; without a shape they do not act.
     saturation
         high, low and knee, V, and the knee's power.
     slew
@@ -81,7 +83,7 @@ class Chain:
         decay and ramp.
     rate
         decay and ramp of the velocity, v_scale, power, v_knee, at_knee, damping_um, widening,
-        threshold_volts, of_speed (0 or 1), decay, early and pull of viscous operators.
+        threshold_volts, swelling, of_speed (0 or 1), decay, early and pull of viscous operators.
     envelope
         per_volt, rise_volts, rise_skew, fall_volts, fall_skew and follow, see mdl_envelope.h.
     bouc
@@ -102,6 +104,7 @@ class Chain:
 
     substeps: int = 1
     shape: tuple[tuple[float, ...], ...] | None = None
+    loop: tuple[float, float] = (0.0, 0.0)
     saturation: tuple[float, float, float, float] | None = None
     slew: tuple[float, float, float, float, float] | None = None
     lag: tuple[float, float] | None = None
@@ -149,7 +152,7 @@ class Core:
         lib.batch_clear_blocks(batch)
         lib.batch_set_substeps(batch, chain.substeps)
         shape = self._ffi.NULL if chain.shape is None else self._pointer(self._array(chain.shape))
-        lib.batch_set_shape(batch, shape)
+        lib.batch_set_shape(batch, shape, self._pointer(self._array(chain.loop)))
         if chain.saturation is not None:
             lib.batch_set_saturation(batch, *chain.saturation)
         if chain.slew is not None:
@@ -157,7 +160,7 @@ class Core:
         if chain.lag is not None:
             lib.batch_set_lag(batch, *chain.lag)
         if chain.rate is not None:
-            reals, of_speed, relax = chain.rate[:9], int(chain.rate[9]), chain.rate[10:]
+            reals, of_speed, relax = chain.rate[:10], int(chain.rate[10]), chain.rate[11:]
             lib.batch_set_rate(batch, *reals, of_speed, *relax)
         if chain.envelope is not None:
             lib.batch_set_envelope(batch, *chain.envelope)

@@ -296,13 +296,22 @@ def _rate(values: tuple[float, ...]) -> Tree:
     return {
         "filter": _struct("rate", _LAG, values),
         **_struct("rate", _RATE, values[2:]),
-        "of_speed": f"{int(values[9])}u",
-        "relax": _struct("relax", _RELAX, values[10:]),
+        "of_speed": f"{int(values[10])}u",
+        "relax": _struct("relax", _RELAX, values[11:]),
     }
 
 
 _LAG = ("decay", "ramp")
-_RATE = ("v_scale", "power", "v_knee", "at_knee", "damping_um", "widening", "threshold_volts")
+_RATE = (
+    "v_scale",
+    "power",
+    "v_knee",
+    "at_knee",
+    "damping_um",
+    "widening",
+    "threshold_volts",
+    "swelling",
+)
 _ENVELOPE = ("per_volt", "rise_volts", "rise_skew", "fall_volts", "fall_skew", "follow")
 _BOUC = ("size_um", "per_volt", "power", "gamma")
 _RELAX = ("decay", "early", "pull")
@@ -343,7 +352,8 @@ def _shape(model: Model, chain: Chain) -> list[str]:
         f"    .per_range = {literal(per_range, '1 / range')},",
         "    .g = {",
         ",\n".join(f"        {row}" for row in rows),
-        "    }",
+        "    },",
+        f"    .loop = {{{_list(chain.loop, 'loop')}}}",
         "};",
         "",
     ]

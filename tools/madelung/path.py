@@ -21,6 +21,7 @@ from madelung.yang2015 import Yang, YangParams, discretise_yang
 
 Array = NDArray[np.float64]
 SHAPE_ORDER = 4
+FLAT = ((0.0,) * SHAPE_ORDER,) * SHAPE_ORDER
 SLEW_SUBSTEPS = 4
 RATE_SUBSTEPS = 4
 MODE_SUBSTEPS = (2, 8)
@@ -63,6 +64,8 @@ class SignalPath:
         Coefficients of the major ascending curve, um / V^k, ascending, at most degree 7.
     shape
         (4, 4), um: terms s'^j m'^k, row k - 1, column j - 1 (mdl_shape.h).
+    loop_share, loop_slope
+        Share by which minor loops are wider, l_0 and l_1 of mdl_shape.h.
     rise_V, rise_skew, fall_V, fall_skew, follow
         Envelopes of a generalised play (mdl_envelope.h).
     high_V, low_V, knee_V, knee_power
@@ -72,11 +75,11 @@ class SignalPath:
         saturates, 0: hard, else both ways are equal.
     corner_hz
         Amplifier lag, 0: none.
-    damping_um, widening, threshold_V, power, v_ref_V_per_s, v_knee, velocity_tau_s
+    damping_um, widening, threshold_V, swelling, power, v_ref_V_per_s, v_knee, velocity_tau_s
         Rate dependence (mdl_rate.h); the knee is in units of the reference, the last filters the
         velocity.
     of_speed
-        1: threshold and widening go with the filtered speed, 0: with the filtered velocity.
+        1: all but the damping go with the filtered speed, 0: with the filtered velocity.
     relax_s, relax_per_V_s
         Viscous operators (mdl_plays.h): tau, or k, of which only one may be set; 0: none.
     bouc_um, bouc_V, bouc_power, bouc_gamma
@@ -97,6 +100,8 @@ class SignalPath:
     range_V: float
     f0: tuple[float, ...]
     shape: tuple[tuple[float, ...], ...] | None = None
+    loop_share: float = 0.0
+    loop_slope: float = 0.0
     rise_V: float = 0.0
     rise_skew: float = 0.0
     fall_V: float = 0.0
@@ -113,6 +118,7 @@ class SignalPath:
     damping_um: float = 0.0
     widening: float = 0.0
     threshold_V: float = 0.0
+    swelling: float = 0.0
     power: float = 1.0
     v_ref_V_per_s: float = 1.0
     v_knee: float = 0.0
@@ -156,7 +162,7 @@ class SignalPath:
     @property
     def has_rate(self) -> bool:
         """Whether the rate block acts."""
-        sizes = (self.damping_um, self.widening, self.threshold_V)
+        sizes = (self.damping_um, self.widening, self.threshold_V, self.swelling)
         return any((*sizes, self.relax_s, self.relax_per_V_s))
 
 
@@ -203,7 +209,8 @@ def discretise(path: SignalPath, step_s: float, substeps: int | None = None) -> 
     limited = path.high_V < UNLIMITED_V or path.low_V > -UNLIMITED_V
     return Chain(
         substeps=n,
-        shape=path.shape,
+        shape=path.shape or (FLAT if any(_loop(path)) else None),
+        loop=_loop(path),
         saturation=(path.high_V, path.low_V, path.knee_V, path.knee_power) if limited else None,
         slew=_slew(path, inner_s) if path.slew_V_per_s else None,
         lag=_lag(1 / (2 * np.pi * path.corner_hz), inner_s) if path.corner_hz else None,
@@ -252,9 +259,14 @@ def _rate(path: SignalPath, step_s: float) -> tuple[float, ...]:
         path.damping_um,
         path.widening,
         path.threshold_V,
+        path.swelling,
         path.of_speed,
         *_relax(path.relax_s, path.relax_per_V_s, step_s),
     )
+
+
+def _loop(path: SignalPath) -> tuple[float, float]:
+    return path.loop_share, path.loop_slope
 
 
 def _envelope(path: SignalPath) -> tuple[float, ...]:
@@ -297,6 +309,7 @@ _FIELDS = {
         "damping_um",
         "widening",
         "threshold_V",
+        "swelling",
         "power",
         "v_ref_V_per_s",
         "v_knee",
@@ -311,7 +324,8 @@ _FIELDS = {
 """Fields of `SignalPath` that are the parameters of an effect, under the same names."""
 _BOUC = ("bouc_um", "bouc_V", "bouc_power", "bouc_gamma")
 _ENVELOPE = ("rise_V", "rise_skew", "fall_V", "fall_skew", "follow")
-_BESIDE = {"asymmetry": _ENVELOPE, "non_masing": _BOUC}
+_LOOP = ("loop_share", "loop_slope")
+_BESIDE = {"asymmetry": _ENVELOPE, "non_masing": (*_BOUC, *_LOOP)}
 """What else an effect of the shape may be, under the same names."""
 _SHAPED = {"asymmetry": (1, 3), "non_masing": (2, 4)}
 """Powers of the middle: odd ones break the central symmetry, even ones bend minor loops alone."""

@@ -67,12 +67,13 @@ int32_t batch_set_polynomial(batch *b, const mdl_real *c, uint16_t degree)
     return status == MDL_OK ? mdl_chain_init(&b->chain, &b->params, &b->left, &b->right) : status;
 }
 
-void batch_set_shape(batch *b, const mdl_real *g)
+void batch_set_shape(batch *b, const mdl_real *g, const mdl_real *loop)
 {
     b->params.major.shape = g != NULL ? &b->shape : NULL;
     b->shape.per_range = MDL_C(1.0) / b->params.major.range_volts;
     if (g != NULL) {
         memcpy(b->shape.g, g, sizeof b->shape.g);
+        memcpy(b->shape.loop, loop, sizeof b->shape.loop);
     }
     mdl_chain_init(&b->chain, &b->params, &b->left, &b->right);
 }
@@ -119,12 +120,20 @@ void batch_set_lag(batch *b, mdl_real decay, mdl_real ramp)
 
 void batch_set_rate(batch *b, mdl_real decay, mdl_real ramp, mdl_real v_scale, mdl_real power,
                     mdl_real v_knee, mdl_real at_knee, mdl_real damping_um, mdl_real widening,
-                    mdl_real threshold_volts, uint16_t of_speed, mdl_real relax_decay,
-                    mdl_real relax_early, mdl_real relax_pull)
+                    mdl_real threshold_volts, mdl_real swelling, uint16_t of_speed,
+                    mdl_real relax_decay, mdl_real relax_early, mdl_real relax_pull)
 {
-    b->params.rate = (mdl_rate_params){
-        {decay, ramp}, v_scale,  power,           v_knee,   at_knee,
-        damping_um,    widening, threshold_volts, of_speed, {relax_decay, relax_early, relax_pull}};
+    b->params.rate = (mdl_rate_params){{decay, ramp},
+                                       v_scale,
+                                       power,
+                                       v_knee,
+                                       at_knee,
+                                       damping_um,
+                                       widening,
+                                       threshold_volts,
+                                       swelling,
+                                       of_speed,
+                                       {relax_decay, relax_early, relax_pull}};
     switch_on(b, MDL_BLOCK_RATE);
 }
 

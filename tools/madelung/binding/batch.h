@@ -28,8 +28,9 @@ void batch_free(batch *b);
 /** Another polynomial f0 for the same range, um / volts^k, ascending; 0 or a negative status. */
 int32_t batch_set_polynomial(batch *b, const mdl_real *c, uint16_t degree);
 
-/** Terms of mdl_shape, um: 16 values, g[k-1][j-1] row by row; NULL takes them away. */
-void batch_set_shape(batch *b, const mdl_real *g);
+/** Terms of mdl_shape, um: 16 values, g[k-1][j-1] row by row; NULL takes them away;
+ * and the two values of loop. */
+void batch_set_shape(batch *b, const mdl_real *g, const mdl_real *loop);
 
 /** Switches every block off. */
 void batch_clear_blocks(batch *b);
@@ -43,8 +44,8 @@ void batch_set_slew(batch *b, mdl_real rise_volts, mdl_real fall_volts, mdl_real
 void batch_set_lag(batch *b, mdl_real decay, mdl_real ramp);
 void batch_set_rate(batch *b, mdl_real decay, mdl_real ramp, mdl_real v_scale, mdl_real power,
                     mdl_real v_knee, mdl_real at_knee, mdl_real damping_um, mdl_real widening,
-                    mdl_real threshold_volts, uint16_t of_speed, mdl_real relax_decay,
-                    mdl_real relax_early, mdl_real relax_pull);
+                    mdl_real threshold_volts, mdl_real swelling, uint16_t of_speed,
+                    mdl_real relax_decay, mdl_real relax_early, mdl_real relax_pull);
 void batch_set_envelope(batch *b, mdl_real per_volt, mdl_real rise_volts, mdl_real rise_skew,
                         mdl_real fall_volts, mdl_real fall_skew, mdl_real follow);
 void batch_set_bouc(batch *b, mdl_real size_um, mdl_real per_volt, mdl_real power, mdl_real gamma);

@@ -16,6 +16,7 @@ Array = NDArray[np.float64]
 
 LINES_MAX = 3
 LINE_PERIODS = 5
+ALIKE = 0.9
 LINE_SPREAD = 2.0
 """A line whose amplitude differs by more than this from the records' mean is no disturbance."""
 LINE_WHOLE = 1.5
@@ -66,7 +67,7 @@ def peaks(problem: Problem, residual: Array) -> list[float]:
     floor = _folded(floors, places)
     for _ in range(LINES_MAX):
         power = _folded(spectra, places)
-        k = int(np.argmax(np.where(may_be, power - 3 * floor, 0.0)))
+        k = _lowest_peak(np.where(may_be, power - 3 * floor, 0.0))
         if not may_be[k] or power[k] < 30 + 6 * len(traces) or power[k] < 12 * floor[k]:
             break
         found.append(k * step_hz)
@@ -74,6 +75,18 @@ def peaks(problem: Problem, residual: Array) -> list[float]:
             lobes = 12 * width
             p[max(place[k] - lobes, 0) : place[k] + lobes + 1] = 0.0
     return found
+
+
+def _lowest_peak(height: Array) -> int:
+    """The lowest of the peaks that are about as high as the highest.
+
+    Slow records show a line at the same place as its images, and what was cut out around another
+    line may hide from the fast ones which of these it is.
+    """
+    k = int(np.argmax(height >= ALIKE * height.max()))
+    while k + 1 < height.size and height[k + 1] > height[k]:
+        k += 1
+    return k
 
 
 def _folded(spectra: list[Array], places: list[NDArray[np.int64]]) -> Array:

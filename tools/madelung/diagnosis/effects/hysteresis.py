@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from types import MappingProxyType
+
 import numpy as np
 
 from madelung.diagnosis.effects.form import (
@@ -98,8 +101,18 @@ def _non_masing(s: Scales) -> list[Form]:
         for k in (0.1, 0.2, 0.4, 1.0)
         for p in (1.0, 2.0)
     ]
+    loop = (Param("loop_share", -2.0, 2.0), Param("loop_slope", -4.0, 4.0))
     return [
         _shape_form("non_masing", "minor loops", MINOR, s),
+        Form(
+            "non_masing",
+            "loops of another width, by their size",
+            loop,
+            null_start(loop),
+            path=same_names(loop),
+            linear=True,
+            priors=({"loop_share": 1.0}, {"loop_slope": 1.0}),
+        ),
         Form(
             "non_masing",
             "a part by Bouc and Wen",
@@ -118,14 +131,18 @@ def _rate_dependences(s: Scales) -> list[Form]:
     """Loops widen with the rate: the displacement lags behind, whatever the law."""
     damping = Param("damping_um", -0.2 * s.stroke_um, 0.0, scale=s.stroke_um)
     widening = Param("widening", 0.0, 5.0)
+    swelling = Param("swelling", 0.0, 5.0)
     threshold = Param("threshold_V", 0.0, 0.3 * s.range_V, scale=0.1 * s.range_V)
     volts = 0.01 * s.range_V
+    held = {"of_speed": 1.0}  # through a turn
+    share, volt = "thresholds grow by a share", "thresholds grow by a voltage"
     return [
         *_by_velocity("velocity damping", damping, -0.01 * s.stroke_um, s),
-        *_by_velocity("thresholds grow by a share", widening, 0.1, s),
-        *_by_velocity("thresholds grow by a share, not less at turns", widening, 0.1, s, True),
-        *_by_velocity("thresholds grow by a voltage", threshold, volts, s),
-        *_by_velocity("thresholds grow by a voltage, not less at turns", threshold, volts, s, True),
+        *_by_velocity(share, widening, 0.1, s),
+        *_by_velocity(f"{share}, not less at turns", widening, 0.1, s, held, True),
+        *_by_velocity(volt, threshold, volts, s),
+        *_by_velocity(f"{volt}, not less at turns", threshold, volts, s, held, True),
+        *_by_velocity("loops swell by a share, not less at turns", swelling, 0.05, s, held),
         *_viscous(s),
     ]
 
@@ -136,9 +153,17 @@ def _v_ref(s: Scales) -> float:
 
 
 def _by_velocity(
-    name: str, size: Param, start: float, s: Scales, of_speed: bool = False
+    name: str,
+    size: Param,
+    start: float,
+    s: Scales,
+    others: Mapping[str, float] = MappingProxyType({}),
+    refines: bool = False,
 ) -> list[Form]:
-    """With a power of the rate; and with a law that is straight below a knee."""
+    """With a power of the rate; and with a law that is straight below a knee.
+
+    ``others``: further fields of the signal path.
+    """
     power = Param("power", 0.05, 2.0, null=1.0)
     v_knee = Param("v_knee", 1e-3, 3.0, log=True)
     tau = Param("velocity_tau_s", 0.05 * s.step_min_s, 100 * s.step_min_s, log=True)
@@ -147,7 +172,7 @@ def _by_velocity(
         {size.key: start, "power": p, "velocity_tau_s": s.step_min_s} for p in (0.3, 0.6, 1.0, 1.5)
     ]
     kneed = [v | {"v_knee": k} for v in starts[1:3] for k in (0.03, 0.3)]
-    apply = _velocity_law(size.key, of_speed, _v_ref(s))
+    apply = _velocity_law(size.key, others, _v_ref(s))
     return [
         Form(
             "rate_dependence",
@@ -156,7 +181,7 @@ def _by_velocity(
             lambda _: starts,
             apply,
             size=size.key,
-            refines=of_speed,
+            refines=refines,
         ),
         Form(
             "rate_dependence",
@@ -170,7 +195,7 @@ def _by_velocity(
     ]
 
 
-def _velocity_law(key: str, of_speed: bool, v_ref: float) -> Apply:
+def _velocity_law(key: str, others: Mapping[str, float], v_ref: float) -> Apply:
     def apply(path: SignalPath, v: Values) -> SignalPath:
         knee, p = v.get("v_knee", 0.0), v["power"]
         return path.but(
@@ -179,7 +204,7 @@ def _velocity_law(key: str, of_speed: bool, v_ref: float) -> Apply:
             v_ref_V_per_s=v_ref,
             v_knee=knee,
             velocity_tau_s=v["velocity_tau_s"],
-            of_speed=float(of_speed),
+            **others,
         )
 
     return apply
