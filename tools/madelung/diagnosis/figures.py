@@ -322,7 +322,7 @@ def _ranking(diagnosis: Mapping[str, Any]) -> Figure | None:
         dash = {"color": colour, "width": 1.5, "dash": "dash"}
         data.append(_line(colour, 1.5, label, x=[max(value, 1e-9)] * 2, y=ends) | {"line": dash})
     layout = _layout(
-        110 + 26 * len(entries),
+        110 + 34 * len(entries),
         xaxis=_log("error left, rms (um); % closed"),
         yaxis=_axis(
             "",
@@ -345,8 +345,8 @@ def _dots(entries: Sequence[Mapping[str, Any]], name: str, colour: str, symbol: 
         "name": name,
         "x": _list(x),
         "y": [_plain(e["effect"]) for e in entries],
-        "text": [f"  {in_percent(e['closable_closed'])}" for e in entries],
-        "textposition": "middle right",
+        "text": [in_percent(e["closable_closed"]) for e in entries],
+        "textposition": "top center",
         "cliponaxis": False,
         "marker": {"color": colour, "symbol": symbol, "size": 11},
         "error_x": {

@@ -418,11 +418,11 @@ class Engine:
 
     @staticmethod
     def _fits_max(parent: Fit) -> int:
-        return FITS_MAX if parent.forms else FITS_MAX + 6
+        return FITS_MAX if _fitted(parent) else FITS_MAX + 6
 
     @staticmethod
     def _forms_max(parent: Fit) -> int:
-        return FORMS_MAX if parent.forms else FORMS_MAX + 2
+        return FORMS_MAX if _fitted(parent) else FORMS_MAX + 2
 
     @staticmethod
     def _best_of_each(fits: list[Fit]) -> list[Fit]:
@@ -625,7 +625,7 @@ def _plausible(fit: Fit, parent: Fit) -> bool:
     (new,) = fit.effects - parent.effects
     if all(fit.values[p.key] == p.null for f in fit.forms if f.effect == new for p in f.params):
         return False
-    if not parent.effects:
+    if not _fitted(parent):
         return True
     if new == "resonance":
         dampings = [fit.values[p.key] / p.high for p in fit.params if p.key.startswith("zeta")]
