@@ -6,7 +6,7 @@ import numpy as np
 
 from madelung.diagnosis.noise import Noise
 from madelung.diagnosis.pictures import View
-from madelung.diagnosis.where import Region
+from madelung.diagnosis.regions import Region
 
 HOSTILE = '<script>alert(1)</script>"><img src=x onerror=alert(2)> $x^{ \x1b[31m{{7*7}}'
 NOISE = Noise(0.01, 0.0, 0.01, 10_000, known=True)

@@ -24,8 +24,8 @@ from madelung.diagnosis.holdout import (
 )
 from madelung.diagnosis.lines import driven, peaks, steady
 from madelung.diagnosis.noise import Noise, estimate_noise, proven_fall
+from madelung.diagnosis.regions import Region
 from madelung.diagnosis.verdict import Verdict, judge
-from madelung.diagnosis.where import Region
 from madelung.diagnosis.which import Engine, Outsider, Search
 from madelung.path import Mode, Runner, SignalPath
 from madelung.records import make_record

@@ -12,16 +12,16 @@ from scipy.signal import lfilter
 
 from madelung.diagnosis.case import Trace
 from madelung.diagnosis.noise import Noise
-from madelung.diagnosis.where import (
+from madelung.diagnosis.regions import (
     BRANCHES,
     Region,
     branches,
-    locate,
     nesting,
     part,
     sentence,
     since_turn_s,
 )
+from madelung.diagnosis.where import locate
 from madelung.records import Record
 
 Array = NDArray[np.float64]

@@ -26,9 +26,10 @@ from madelung.diagnosis.holdout import (
 from madelung.diagnosis.known import contradicted, known_forms, monitor_fault, monitored
 from madelung.diagnosis.noise import Noise, estimate_noise
 from madelung.diagnosis.parameters import Z95, reported
+from madelung.diagnosis.regions import Region
 from madelung.diagnosis.verdict import Verdict, detectable, judge, train_excess
 from madelung.diagnosis.vocabulary import EFFECTS, SIZES
-from madelung.diagnosis.where import Region, locate
+from madelung.diagnosis.where import locate
 from madelung.diagnosis.which import Engine, Outsider, Progress, Search
 from madelung.model import DEGREE_MAX, Model
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from madelung.diagnosis.case import Trace
 from madelung.diagnosis.fit import Fit, Problem
 from madelung.diagnosis.noise import Noise
-from madelung.diagnosis.where import Region, part
+from madelung.diagnosis.regions import Region, part
 
 Array = NDArray[np.float64]
 BLOCKS = 40

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from madelung.diagnosis.noise import Noise
-from madelung.diagnosis.where import senses, since_turn_s
+from madelung.diagnosis.regions import senses, since_turn_s
 from madelung.plots import (
     FALLING,
     MEASURED,
