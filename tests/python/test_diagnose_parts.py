@@ -464,8 +464,9 @@ def test_an_effect_that_joins_others_must_be_more_than_their_models_errors() -> 
     n = PLAIN.rows
     wave = np.sqrt(2 / n) * np.sin(np.arange(n) * 0.05)
     white = standing(form("delay"), 1.0)
-    old, cleaner = (
-        replace(white, residual=white.residual + np.sqrt(fall) * wave) for fall in (4000.0, 400.0)
+    much, old, cleaner = (
+        replace(white, residual=white.residual + np.sqrt(fall) * wave)
+        for fall in (0.8 * n, 0.4 * n, 400.0)
     )
     new = replace(white, forms=(form("delay"), form("backlash")))
     clear, vast = (
@@ -473,6 +474,7 @@ def test_an_effect_that_joins_others_must_be_more_than_their_models_errors() -> 
     )
     assert engine.accepted(old, new, clear)
     assert not engine.accepted(old, new, vast)
+    assert engine.accepted(much, new, vast), "all of it, however small a part of the gap"
     assert not engine.accepted(cleaner, new, clear), "the others leave no more than noise"
 
 

@@ -65,6 +65,9 @@ CLEAN_VISIBLE = 5e-4
 """An effect that removes nearly all that was unexplained may be so small a part of the gap, ..."""
 STIFF_PARAMS = 2
 """... if it has no more parameters: others may fit what another model does not do quite right."""
+EXACT_EXCESS = 0.5
+EXACT_SHARE = 0.95
+"""Per row, what is more than noise; and the share of it that nothing but the cause removes."""
 BEAM = 3
 FRONT_RATIO = 20.0
 FITS_MAX = 9
@@ -531,6 +534,8 @@ class Engine:
         once = extra == 1 and telling[-1] > CLEAN_SHARE
         if not once and _spread_gain(old, new) < GAIN_MIN / 2:
             return False
+        if self._is_exact(old, new, telling):
+            return True
         least = CLEAN_VISIBLE if extra <= STIFF_PARAMS else VISIBLE_SHARE
         lone = FURTHER_SHARE if telling[-1] < CLEAN_SHARE else FURTHER_CLEAN_SHARE
         if _fitted(old) and visible[-1] < lone:
@@ -538,6 +543,15 @@ class Engine:
         clean = (telling > CLEAN_SHARE) & (visible > least)
         large = (telling > REMAINDER_SHARE) & (visible > VISIBLE_SHARE)
         return bool(np.any(clean | large))
+
+    def _is_exact(self, old: Fit, new: Fit, telling: Array) -> bool:
+        """Whether it explains all that the poorer one leaves, and that is more than the noise.
+
+        However small a part of the gap that is, no wrong model does so by accident.
+        """
+        left = float(self.problem.excess(old.residual).sum())
+        much = left > EXACT_EXCESS * self.problem.rows
+        return much and telling[-1] > EXACT_SHARE and self._is_clean(new)
 
     def _gain_min(self, old: Fit) -> float:
         """Least fall of the cost that one effect more must bring, but for its parameters' price."""
