@@ -85,6 +85,7 @@ TRIES_MAX = 4
 RIVALS_MAX = 4
 RIVAL_PRICE = 200.0
 """Above the best's score, where a hypothesis is no longer fitted to all rows to the end."""
+EXCHANGE_FORMS = 3
 EXCHANGE_TRIES = 2
 EXCHANGE_SLACK = 0.3
 """A form that is this share of the excess worse after a few steps is not fitted to the end."""
@@ -278,55 +279,59 @@ class Engine:
     def _refined(self, fit: Fit, null: Fit) -> Fit:
         """With other or richer forms of its effects, where these are better.
 
-        The form that fits best alone need not fit best beside other effects. Where much is left,
-        none is too fine to be tried.
+        The form that fits best alone need not fit best beside other effects. Where several leave
+        much, none is too fine to be tried.
         """
-        if self.problem.excess(fit.residual).sum() < SPOTLESS_EXCESS * self.problem.rows:
-            return fit
-        probe = self._probe(fit)
         for effect in sorted(fit.effects):
-            for form in [f for f in self.forms if f.effect == effect]:
-                old = next(f for f in fit.forms if f.effect == effect)
-                richer = set(old.keys) <= set(form.keys)
-                if form is not old and (
-                    richer or not form.refines or not self.is_enough(fit, null)
-                ):
-                    before, fit = fit, self._exchanged(probe, fit, old, form)
-                    probe = probe if fit is before else self._probe(fit)
+            before = None
+            while fit is not before and not self._is_spotless(fit):
+                before, fit = fit, self._with_another_form(fit, effect, null)
         return fit
 
-    def _probe(self, fit: Fit) -> Probe:
-        return Probe(self.problem, self.problem.fit(fit.forms, fit.values, fit.beta, 1))
+    def _is_spotless(self, fit: Fit) -> bool:
+        excess = float(self.problem.excess(fit.residual).sum())
+        return excess < SPOTLESS_EXCESS * self.problem.rows
 
-    def _exchanged(self, probe: Probe, fit: Fit, old: Form, form: Form) -> Fit:
-        """With another form of an effect in place of one, if it is better; else as it was."""
+    def _with_another_form(self, fit: Fit, effect: str, null: Fit) -> Fit:
+        """With another form of an effect in place of its own, if one is better; else as it is."""
+        old = next(f for f in fit.forms if f.effect == effect)
         rest = tuple(f for f in fit.forms if f is not old)
-        forms = tuple(form if f is old else f for f in fit.forms)
-        others = {k: v for k, v in fit.values.items() if k not in form.keys}
-        kept = {k: v for k, v in fit.values.items() if k in form.keys}
+        every = _fitted(fit) > 1 and not self.is_enough(fit, null)  # of one, another may be missing
+        forms = [
+            f
+            for f in self.forms
+            if f.effect == effect
+            and f is not old
+            and (every or not f.refines or set(old.keys) <= set(f.keys))
+        ]
+        probe = Probe(self.problem, self.problem.fit(fit.forms, fit.values, fit.beta, 1))
+        tries = [(f, start) for f in forms for start in self._starts_from(fit, f)]
 
-        def worth(values: dict[str, float]) -> tuple[float, float]:
-            change = probe.difference((*rest, form), values)
+        def worth(a_try: tuple[Form, dict[str, float]]) -> tuple[float, float]:
+            change = probe.difference((*rest, a_try[0]), a_try[1])
             return probe.gain(change), probe.fall(change)
 
-        from_start = [others | start for start in form.starts(self.problem.scales)]
-        starts = [s for s in from_start if all(k in s for k in form.keys)]
-        starts += [start | kept for start in from_start if kept]
-        worths = self.map(worth, starts)
-        by_gain, by_fall = (sorted(range(len(starts)), key=lambda i: -worths[i][k]) for k in (0, 1))
-        best = list(dict.fromkeys([*by_gain[:EXCHANGE_TRIES], *by_fall[:1]]))
-        rough = min(
-            self.map(
-                lambda i: self.problem.fit(forms, starts[i], fit.beta, ROUGH_ITERATIONS), best
-            ),
-            key=lambda f: f.cost,
-        )
-        if rough.cost > fit.cost + EXCHANGE_SLACK * abs(fit.cost - self.problem.rows):
+        def rough(a_try: tuple[Form, dict[str, float]]) -> Fit:
+            form, start = a_try
+            own = tuple(form if f is old else f for f in fit.forms)
+            return self.problem.fit(own, start, fit.beta, ROUGH_ITERATIONS)
+
+        chosen = _promising(tries, self.map(worth, tries))
+        best = min(self.map(rough, chosen), key=lambda f: f.cost, default=fit)
+        if best.cost > fit.cost + EXCHANGE_SLACK * abs(fit.cost - self.problem.rows):
             return fit
-        new = self._slim(self.problem.fit(forms, rough.values, rough.beta))
+        new = self._slim(self.problem.fit(best.forms, best.values, best.beta))
         extra = max(len(new.params) - len(fit.params), 0)
         proven = self.gain(fit, new) > (GAIN_MIN if extra else 0.0) + GAIN_PER_PARAM * extra
         return self._keep(new) if proven else fit
+
+    def _starts_from(self, fit: Fit, form: Form) -> list[dict[str, float]]:
+        """Of a form beside a fit's others: its own, and those with what both forms have."""
+        others = {k: v for k, v in fit.values.items() if k not in form.keys}
+        kept = {k: v for k, v in fit.values.items() if k in form.keys}
+        own = [others | start for start in form.starts(self.problem.scales)]
+        whole = [s for s in own if all(k in s for k in form.keys)]
+        return whole + [start | kept for start in own if kept]
 
     # -- one level ----------------------------------------------------------------------------
 
@@ -611,6 +616,20 @@ class Engine:
                 break
             fit = min(needless, key=self.score)
         return fit
+
+
+def _promising(
+    tries: list[tuple[Form, dict[str, float]]], worths: list[tuple[float, float]]
+) -> list[tuple[Form, dict[str, float]]]:
+    """The best starts of the forms that may gain most, and of the one that is best as it stands."""
+    order = range(len(tries))
+    by_gain, by_fall = (sorted(order, key=lambda i: -worths[i][k]) for k in (0, 1))
+    forms = list(dict.fromkeys(tries[i][0].name for i in by_gain))[:EXCHANGE_FORMS]
+    chosen = []
+    for name in dict.fromkeys([*forms, *(tries[i][0].name for i in by_fall[:1])]):
+        own = [[i for i in ranked if tries[i][0].name == name] for ranked in (by_gain, by_fall)]
+        chosen += [*own[0][:EXCHANGE_TRIES], *own[1][:1]]
+    return [tries[i] for i in dict.fromkeys(chosen)]
 
 
 def _sized(
