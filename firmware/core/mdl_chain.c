@@ -61,8 +61,8 @@ static mdl_status check_relax(const mdl_relax_params *p)
 
 static mdl_status check_rate(const mdl_rate_params *p)
 {
-    const mdl_real v[] = {p->v_scale,    p->power,    p->v_knee,          p->at_knee,
-                          p->damping_um, p->widening, p->threshold_volts, p->swelling};
+    const mdl_real v[] = {p->v_scale,  p->power,           p->v_knee,   p->at_knee, p->damping_um,
+                          p->widening, p->threshold_volts, p->swelling, p->lean};
     mdl_status status = check_lag(&p->filter);
     if (status == MDL_OK) {
         status = check_relax(&p->relax);
@@ -376,9 +376,11 @@ static mdl_status with_rate(mdl_chain *chain, mdl_real x, mdl_real drive_rise, m
     }
     status = mdl_traj_step(&chain->traj, x, y);
     if (p->rate.swelling > MDL_C(0.0)) {
-        mdl_real chord =
-            p->major.at_zero_um + chain->traj.full_swing_um * (x / p->major.range_volts);
-        *y += p->rate.swelling * g * (*y - chord);
+        mdl_real middle = MDL_C(0.5) * p->major.range_volts;
+        mdl_real slope = chain->traj.full_swing_um / p->major.range_volts;
+        mdl_real line =
+            p->major.at_zero_um + slope * (middle + (MDL_C(1.0) + p->rate.lean) * (x - middle));
+        *y += p->rate.swelling * g * (*y - line);
     }
     /* The operator without a threshold, whose weight is f0'(0), follows all the same. */
     *y += mdl_major_first_slope(&p->major) * held - grown;

@@ -9,8 +9,9 @@
  * Yang et al. compare with. For plays and relays alike this is the trajectory behind a play
  * operator of that half width; the operator without a threshold, weight f0'(0), stays as it is.
  * Widening: every threshold grows by its share c g (mdl_plays.h).
- * Swelling: what the trajectory deviates from the straight line through the ends of the major loop
- * grows by its share c g.
+ * Swelling: what the trajectory deviates from a straight line through the middle of the major loop
+ * grows by its share c g. The line is steeper by the share `lean` than the chord: with 0 the ends
+ * stay; with the slope at which f0 ends the deviation is a sum of stop operators, and these grow.
  * Relaxing: the operators are viscous (mdl_plays.h), without g.
  * For threshold, widening and swelling v is the filtered velocity, or the filtered speed, which
  * does not fall to 0 where the input turns. With v_0 > 0 and a small p the law goes as the
@@ -33,6 +34,7 @@ typedef struct {
     mdl_real widening;        /**< c of the widening, no unit, >= 0 */
     mdl_real threshold_volts; /**< c of the threshold, volts, >= 0 */
     mdl_real swelling;        /**< c of the swelling, no unit, >= 0 */
+    mdl_real lean;            /**< of the swelling's line, no unit */
     uint16_t of_speed;        /**< 1: all but the damping go with the filtered speed */
     mdl_relax_params relax;   /**< decay 0: none; not beside a widening */
 } mdl_rate_params;

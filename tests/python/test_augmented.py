@@ -47,6 +47,7 @@ FULL = PATH.but(**{k: v for fields in FIELDS.values() for k, v in fields.items()
     widening=0.1,
     threshold_V=0.3,
     swelling=0.02,
+    lean=0.31,
     loop_share=0.11,
     loop_slope=-0.07,
     v_knee=0.07,

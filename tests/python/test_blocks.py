@@ -64,6 +64,7 @@ BLOCKS = {
     "widening with the speed": PATH.but(widening=0.2, of_speed=1.0, **RATE),
     "thresholds of the speed": PATH.but(threshold_V=2.0, of_speed=1.0, **RATE),
     "loops that swell with the speed": PATH.but(swelling=0.2, of_speed=1.0, **RATE),
+    "stops that swell with the speed": PATH.but(swelling=0.2, lean=0.3, of_speed=1.0, **RATE),
     "loops that swell with the velocity": PATH.but(swelling=0.2, **RATE),
     "wider minor loops": PATH.but(loop_share=0.2, loop_slope=-0.1),
     "wider minor loops and a shape": PATH.but(shape=SHAPE, loop_share=-0.2, loop_slope=0.3),
@@ -445,8 +446,10 @@ def test_loops_swell_about_the_chord_of_the_major_loop() -> None:
     decay = np.exp(-STEP_S / 1e-3)
     speed = lfilter([1 - decay], [1, -decay], np.abs(np.diff(u, prepend=u[0]))) / STEP_S
     chord = PATH.f0[0] + u / RANGE_V * (polynomial.polyval(RANGE_V, PATH.f0) - PATH.f0[0])
-    found = run(path.but(swelling=0.2), u)
-    np.testing.assert_allclose(found, y + 0.2 * speed / 5000.0 * (y - chord), rtol=0, atol=1e-9)
+    for lean in (0.0, 0.3):
+        found = run(path.but(swelling=0.2, lean=lean), u)
+        line = chord + lean * (chord - 0.5 * (PATH.f0[0] + polynomial.polyval(RANGE_V, PATH.f0)))
+        np.testing.assert_allclose(found, y + 0.2 * speed / 5000.0 * (y - line), rtol=0, atol=1e-9)
 
 
 @pytest.mark.parametrize("v_V_per_s", [100.0, 2000.0])
@@ -631,7 +634,7 @@ def test_linear_operators_follow_earlier_by_what_the_sample_time_asks(share: flo
     rate = discretise(PATH.but(relax_s=STEP_S / 4 / share), STEP_S).rate
     assert rate is not None
     h = np.longdouble(share)
-    decay, early, pull = rate[11:]
+    decay, early, pull = rate[12:]
     series = 0.5 - h / 12 + h**3 / 720
     exact = series if share < 1e-5 else 1 / h + 1 / np.expm1(-h) + 1
     assert decay == pytest.approx(float(np.exp(-h)), rel=1e-12) and pull == 0.0

@@ -466,7 +466,7 @@ def test_an_effect_that_joins_others_must_be_more_than_their_models_errors() -> 
     white = standing(form("delay"), 1.0)
     much, old, cleaner = (
         replace(white, residual=white.residual + np.sqrt(fall) * wave)
-        for fall in (0.8 * n, 0.4 * n, 400.0)
+        for fall in (0.8 * n, 0.1 * n, 0.04 * n)
     )
     new = replace(white, forms=(form("delay"), form("backlash")))
     clear, vast = (

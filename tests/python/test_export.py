@@ -58,7 +58,7 @@ BLOCKS = {
     },
     "damping": {"damping_um": -0.05, "velocity_tau_s": 3e-4, "power": 0.7, "v_ref_V_per_s": 1e5},
     "widening": {"widening": 0.5, "power": 1.3, "v_ref_V_per_s": 1e5},
-    "swelling": {"swelling": 0.3, "power": 0.4, "v_ref_V_per_s": 1e5, "of_speed": 1.0},
+    "swelling": {"swelling": 0.3, "lean": 0.2, "power": 0.4, "v_ref_V_per_s": 1e5, "of_speed": 1.0},
     "wider minor loops": {"loop_share": 0.2, "loop_slope": -0.1},
     "thresholds": {"threshold_V": 1.7, "power": 0.4, "v_ref_V_per_s": 1e5},
     "a law with a knee": {"widening": 0.5, "power": 0.4, "v_ref_V_per_s": 1e5, "v_knee": 0.03},

@@ -33,6 +33,7 @@ PATH = SignalPath(
     widening=0.1,
     threshold_V=0.3,
     swelling=0.05,
+    lean=0.2,
     power=0.7,
     v_ref_V_per_s=3000.0,
     v_knee=0.04,

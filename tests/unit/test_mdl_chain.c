@@ -72,6 +72,7 @@ static void use_everything(void)
     params.rate.widening = MDL_C(0.5);
     params.rate.threshold_volts = MDL_C(0.25);
     params.rate.swelling = MDL_C(0.125);
+    params.rate.lean = MDL_C(0.25);
     params.rate.of_speed = 1;
     params.envelope.per_volt = MDL_C(0.125);
     params.envelope.rise_volts = MDL_C(0.5);
@@ -208,6 +209,7 @@ void test_init_refuses_what_no_block_can_run_with(void)
                          &params.rate.widening,
                          &params.rate.threshold_volts,
                          &params.rate.swelling,
+                         &params.rate.lean,
                          &params.rate.relax.decay,
                          &params.rate.relax.early,
                          &params.rate.relax.pull,

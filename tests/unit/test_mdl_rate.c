@@ -43,6 +43,7 @@ void setUp(void)
                                   MDL_C(0.0),
                                   MDL_C(0.0),
                                   MDL_C(0.0),
+                                  MDL_C(0.0),
                                   0,
                                   {MDL_C(0.0), MDL_C(0.0), MDL_C(0.0)}};
     params = none;

@@ -74,6 +74,7 @@ _FLAT = {
         "widening": _Range(0.0, 1e6, 0.0),
         "threshold_V": _Range(0.0, 1e6, 0.0),
         "swelling": _Range(0.0, 1e6, 0.0),
+        "lean": _Range(*_ANY, 0.0),
         "power": _Range(0.01, 4.0, 1.0),
         "v_ref_V_per_s": _Range(*_POSITIVE),
         "v_knee": _Range(0.0, 1e6, 0.0),

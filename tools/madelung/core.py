@@ -83,7 +83,8 @@ class Chain:
         decay and ramp.
     rate
         decay and ramp of the velocity, v_scale, power, v_knee, at_knee, damping_um, widening,
-        threshold_volts, swelling, of_speed (0 or 1), decay, early and pull of viscous operators.
+        threshold_volts, swelling, lean, of_speed (0 or 1), decay, early and pull of viscous
+        operators.
     envelope
         per_volt, rise_volts, rise_skew, fall_volts, fall_skew and follow, see mdl_envelope.h.
     bouc
@@ -160,7 +161,7 @@ class Core:
         if chain.lag is not None:
             lib.batch_set_lag(batch, *chain.lag)
         if chain.rate is not None:
-            reals, of_speed, relax = chain.rate[:10], int(chain.rate[10]), chain.rate[11:]
+            reals, of_speed, relax = chain.rate[:11], int(chain.rate[11]), chain.rate[12:]
             lib.batch_set_rate(batch, *reals, of_speed, *relax)
         if chain.envelope is not None:
             lib.batch_set_envelope(batch, *chain.envelope)

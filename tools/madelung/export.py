@@ -296,8 +296,8 @@ def _rate(values: tuple[float, ...]) -> Tree:
     return {
         "filter": _struct("rate", _LAG, values),
         **_struct("rate", _RATE, values[2:]),
-        "of_speed": f"{int(values[10])}u",
-        "relax": _struct("relax", _RELAX, values[11:]),
+        "of_speed": f"{int(values[11])}u",
+        "relax": _struct("relax", _RELAX, values[12:]),
     }
 
 
@@ -311,6 +311,7 @@ _RATE = (
     "widening",
     "threshold_volts",
     "swelling",
+    "lean",
 )
 _ENVELOPE = ("per_volt", "rise_volts", "rise_skew", "fall_volts", "fall_skew", "follow")
 _BOUC = ("size_um", "per_volt", "power", "gamma")

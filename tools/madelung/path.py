@@ -75,7 +75,8 @@ class SignalPath:
         saturates, 0: hard, else both ways are equal.
     corner_hz
         Amplifier lag, 0: none.
-    damping_um, widening, threshold_V, swelling, power, v_ref_V_per_s, v_knee, velocity_tau_s
+    damping_um, widening, threshold_V, swelling, lean, power, v_ref_V_per_s, v_knee,
+    velocity_tau_s
         Rate dependence (mdl_rate.h); the knee is in units of the reference, the last filters the
         velocity.
     of_speed
@@ -119,6 +120,7 @@ class SignalPath:
     widening: float = 0.0
     threshold_V: float = 0.0
     swelling: float = 0.0
+    lean: float = 0.0
     power: float = 1.0
     v_ref_V_per_s: float = 1.0
     v_knee: float = 0.0
@@ -260,6 +262,7 @@ def _rate(path: SignalPath, step_s: float) -> tuple[float, ...]:
         path.widening,
         path.threshold_V,
         path.swelling,
+        path.lean,
         path.of_speed,
         *_relax(path.relax_s, path.relax_per_V_s, step_s),
     )
@@ -310,6 +313,7 @@ _FIELDS = {
         "widening",
         "threshold_V",
         "swelling",
+        "lean",
         "power",
         "v_ref_V_per_s",
         "v_knee",
@@ -345,6 +349,7 @@ _SECONDARY = (
     "v_knee",
     "velocity_tau_s",
     "of_speed",
+    "lean",
     "spring_share",
     "substeps_min",
 )

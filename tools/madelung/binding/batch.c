@@ -120,20 +120,13 @@ void batch_set_lag(batch *b, mdl_real decay, mdl_real ramp)
 
 void batch_set_rate(batch *b, mdl_real decay, mdl_real ramp, mdl_real v_scale, mdl_real power,
                     mdl_real v_knee, mdl_real at_knee, mdl_real damping_um, mdl_real widening,
-                    mdl_real threshold_volts, mdl_real swelling, uint16_t of_speed,
+                    mdl_real threshold_volts, mdl_real swelling, mdl_real lean, uint16_t of_speed,
                     mdl_real relax_decay, mdl_real relax_early, mdl_real relax_pull)
 {
-    b->params.rate = (mdl_rate_params){{decay, ramp},
-                                       v_scale,
-                                       power,
-                                       v_knee,
-                                       at_knee,
-                                       damping_um,
-                                       widening,
-                                       threshold_volts,
-                                       swelling,
-                                       of_speed,
-                                       {relax_decay, relax_early, relax_pull}};
+    b->params.rate = (mdl_rate_params){
+        {decay, ramp}, v_scale,    power,    v_knee,
+        at_knee,       damping_um, widening, threshold_volts,
+        swelling,      lean,       of_speed, {relax_decay, relax_early, relax_pull}};
     switch_on(b, MDL_BLOCK_RATE);
 }
 

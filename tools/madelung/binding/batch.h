@@ -44,7 +44,7 @@ void batch_set_slew(batch *b, mdl_real rise_volts, mdl_real fall_volts, mdl_real
 void batch_set_lag(batch *b, mdl_real decay, mdl_real ramp);
 void batch_set_rate(batch *b, mdl_real decay, mdl_real ramp, mdl_real v_scale, mdl_real power,
                     mdl_real v_knee, mdl_real at_knee, mdl_real damping_um, mdl_real widening,
-                    mdl_real threshold_volts, mdl_real swelling, uint16_t of_speed,
+                    mdl_real threshold_volts, mdl_real swelling, mdl_real lean, uint16_t of_speed,
                     mdl_real relax_decay, mdl_real relax_early, mdl_real relax_pull);
 void batch_set_envelope(batch *b, mdl_real per_volt, mdl_real rise_volts, mdl_real rise_skew,
                         mdl_real fall_volts, mdl_real fall_skew, mdl_real follow);

@@ -65,9 +65,8 @@ CLEAN_VISIBLE = 5e-4
 """An effect that removes nearly all that was unexplained may be so small a part of the gap, ..."""
 STIFF_PARAMS = 2
 """... if it has no more parameters: others may fit what another model does not do quite right."""
-EXACT_EXCESS = 0.5
 EXACT_SHARE = 0.95
-"""Per row, what is more than noise; and the share of it that nothing but the cause removes."""
+"""Of what is more than noise, that nothing but the cause removes."""
 BEAM = 3
 FRONT_RATIO = 20.0
 FITS_MAX = 9
@@ -204,7 +203,7 @@ class Engine:
         seen = self.problem.excess_per_row(best.residual)
         more = seen_before is not None and np.any(seen > seen_before + EXCESS_MIN)
         if more and not self.is_enough(best, null):
-            return self._climb(null, best)
+            return self._climb(null, self._refined(best, null))
         return Search(null, self._pruned(best, null), self.fits)
 
     def _rivals(self, found: Search, price: Callable[[Fit], float]) -> tuple[list[Fit], list[Fit]]:
@@ -554,9 +553,8 @@ class Engine:
 
         However small a part of the gap that is, no wrong model does so by accident.
         """
-        left = float(self.problem.excess(old.residual).sum())
-        much = left > EXACT_EXCESS * self.problem.rows
-        return much and telling[-1] > EXACT_SHARE and self._is_clean(new)
+        all_of_it = telling[-1] > EXACT_SHARE and self._is_clean(new)
+        return all_of_it and not self._is_clean(old) and self.gain(old, new) > GAIN_BESIDE_CLEAN
 
     def _gain_min(self, old: Fit) -> float:
         """Least fall of the cost that one effect more must bring, but for its parameters' price."""

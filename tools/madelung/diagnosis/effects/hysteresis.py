@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
 import numpy as np
@@ -131,7 +131,7 @@ def _rate_dependences(s: Scales) -> list[Form]:
     """Loops widen with the rate: the displacement lags behind, whatever the law."""
     damping = Param("damping_um", -0.2 * s.stroke_um, 0.0, scale=s.stroke_um)
     widening = Param("widening", 0.0, 5.0)
-    swelling = Param("swelling", 0.0, 5.0)
+    swelling, lean = Param("swelling", 0.0, 5.0), Param("lean", -0.5, 1.5)
     threshold = Param("threshold_V", 0.0, 0.3 * s.range_V, scale=0.1 * s.range_V)
     volts = 0.01 * s.range_V
     held = {"of_speed": 1.0}  # through a turn
@@ -142,7 +142,9 @@ def _rate_dependences(s: Scales) -> list[Form]:
         *_by_velocity(f"{share}, not less at turns", widening, 0.1, s, held, True),
         *_by_velocity(volt, threshold, volts, s),
         *_by_velocity(f"{volt}, not less at turns", threshold, volts, s, held, True),
-        *_by_velocity("loops swell by a share, not less at turns", swelling, 0.05, s, held),
+        *_by_velocity(
+            "loops swell by a share, not less at turns", swelling, 0.05, s, held, more=(lean,)
+        ),
         *_viscous(s),
     ]
 
@@ -159,20 +161,24 @@ def _by_velocity(
     s: Scales,
     others: Mapping[str, float] = MappingProxyType({}),
     refines: bool = False,
+    more: tuple[Param, ...] = (),
 ) -> list[Form]:
     """With a power of the rate; and with a law that is straight below a knee.
 
-    ``others``: further fields of the signal path.
+    ``others``: further fields of the signal path; ``more``: and those that are fitted.
     """
     power = Param("power", 0.05, 2.0, null=1.0)
     v_knee = Param("v_knee", 1e-3, 3.0, log=True)
     tau = Param("velocity_tau_s", 0.05 * s.step_min_s, 100 * s.step_min_s, log=True)
-    plain = (size, power, tau)
+    plain = (size, power, tau, *more)
     starts = [
-        {size.key: start, "power": p, "velocity_tau_s": s.step_min_s} for p in (0.3, 0.6, 1.0, 1.5)
+        {size.key: start, "power": p, "velocity_tau_s": s.step_min_s}
+        | {p.key: p.null for p in more}
+        for p in (0.3, 0.6, 1.0, 1.5)
     ]
     kneed = [v | {"v_knee": k} for v in starts[1:3] for k in (0.03, 0.3)]
-    apply = _velocity_law(size.key, others, _v_ref(s))
+    keys = [p.key for p in more]
+    apply = _velocity_law(size.key, others, keys, _v_ref(s))
     return [
         Form(
             "rate_dependence",
@@ -195,7 +201,9 @@ def _by_velocity(
     ]
 
 
-def _velocity_law(key: str, others: Mapping[str, float], v_ref: float) -> Apply:
+def _velocity_law(
+    key: str, others: Mapping[str, float], more: Sequence[str], v_ref: float
+) -> Apply:
     def apply(path: SignalPath, v: Values) -> SignalPath:
         knee, p = v.get("v_knee", 0.0), v["power"]
         return path.but(
@@ -205,6 +213,7 @@ def _velocity_law(key: str, others: Mapping[str, float], v_ref: float) -> Apply:
             v_knee=knee,
             velocity_tau_s=v["velocity_tau_s"],
             **others,
+            **{k: v[k] for k in more},
         )
 
     return apply
