@@ -461,9 +461,9 @@ def test_a_slow_line_is_seen_beside_a_short_fast_record_in_which_it_is_wide() ->
 
 def test_an_effect_that_joins_others_must_be_more_than_their_models_errors() -> None:
     engine = Engine(PLAIN, FORMS, 1, lambda _: None)
-    n = PLAIN.rows
-    wave = np.sqrt(2 / n) * np.sin(np.arange(n) * 0.05)
     white = standing(form("delay"), 1.0)
+    n = white.residual.size
+    wave = np.sqrt(2 / n) * np.sin(np.arange(n) * 0.05)
     much, old, cleaner = (
         replace(white, residual=white.residual + np.sqrt(fall) * wave)
         for fall in (0.8 * n, 0.1 * n, 0.04 * n)
@@ -517,7 +517,7 @@ def test_what_is_outdone_by_something_without_a_name_is_unknown() -> None:
 def test_an_effect_must_be_proven_against_f0_alone_after_others_were_dropped() -> None:
     """A pair may be accepted at once; neither of the two is for that."""
     null = standing(None, 1.0)
-    n = PLAIN.rows
+    n = null.residual.size
     wave = np.sqrt(2 / n) * np.sin(np.arange(n) * 0.05)
     null = replace(null, residual=null.residual + np.sqrt(230.0) * wave)
     both = replace(
@@ -724,3 +724,19 @@ def test_of_a_lines_images_the_lowest_is_taken() -> None:
     ]
     found = peaks(problem(records), np.concatenate([t.y_um for t in records]) / 0.003)
     assert found[:2] == pytest.approx([23.7, 13.7], abs=0.02)
+
+
+def test_a_fast_clock_shows_at_a_records_end_what_follows_it() -> None:
+    """Four rows of 6000, of a command that moves: no model knows them, and none is to be bent."""
+    n, skew = 6000, 700e-6
+    t = np.arange(n + 10) * 1e-3
+    u = 20.0 - 19.0 * np.cos(2 * np.pi * 7.3 * t)
+    y = np.interp(t[:n] * (1 + skew), t, Runner(0.0, 40.0).run(PATH, u, 1e-3))
+    fast = trace("fast", u[:n], y + 0.003 * RNG(8).standard_normal(n), 1e-3)
+    posed = problem([records()[0], fast])
+    form = next(f for f in FORMS if f.name == "command linear between samples" and f.resample)
+    fit = posed.fit((form,), {"skew_ppm": 600.0}, BETA)
+    assert fit.values["skew_ppm"] == pytest.approx(700.0, rel=0.01)
+    assert fit.cost < 1.1 * posed.rows
+    seen = posed.simulate(fit)[1]
+    assert np.abs(seen - y)[-4:].max() < 0.2 * np.abs(np.diff(y)).max()

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from madelung.diagnosis.case import Trace
 from madelung.diagnosis.effects.form import Form, Param, Scales
+from madelung.diagnosis.effects.sensor import beyond
 from madelung.diagnosis.noise import Noise
 from madelung.path import Runner, SignalPath
 
@@ -25,6 +26,7 @@ Array = NDArray[np.float64]
 FINITE_STEP = 1e-3
 ITERATIONS = 12
 RESAMPLE_STEPS = 4
+END_SHARE = 1e-3
 COST_TOLERANCE = 0.05
 EXCESS_TOLERANCE = 1e-4
 """A fit ends when the cost falls by less than the first, or by this share of its excess."""
@@ -94,7 +96,7 @@ class Problem:
         self.scales = scales
         self.degree = degree
         self._local = threading.local()
-        self._use = [t.use for t in self.traces]
+        self._use = [_fitted_rows(t) for t in self.traces]
         ends = np.cumsum([t.u_V.size for t in self.traces])
         self.slices = [
             slice(int(e) - t.u_V.size, int(e)) for e, t in zip(ends, self.traces, strict=True)
@@ -156,7 +158,9 @@ class Problem:
         if kept.get(record, (None,))[0] != key:
             y = self.runner.run(path, u, trace.step_s / RESAMPLE_STEPS, history, substeps)
             kept[record] = (key, y)
-        return np.asarray(np.interp(places, fine, kept[record][1]), np.float64)
+        y = kept[record][1]
+        seen = np.interp(places, fine, y) + beyond(places, n, (y[-1] - y[-2]) * RESAMPLE_STEPS)
+        return np.asarray(seen, np.float64)
 
     def measured(
         self, forms: Sequence[Form], values: dict[str, float], displaced: list[Array]
@@ -453,6 +457,18 @@ class Probe:
             return 0.0
         solved = np.linalg.lstsq(left[np.ix_(keep, keep)], score[keep], rcond=1e-10)[0]
         return float(score[keep] @ solved)
+
+
+def _fitted_rows(trace: Trace) -> NDArray[np.bool_]:
+    """The rows that are used; of a train record not its very end.
+
+    A sensor's clock that is fast shows there what follows the record, and no model knows.
+    """
+    if trace.role != "train":
+        return trace.use
+    rows: NDArray[np.bool_] = trace.use.copy()
+    rows[rows.size - int(np.ceil(END_SHARE * rows.size)) :] = False
+    return rows
 
 
 def _history(past: list[Form], trace: Trace, values: dict[str, float]) -> Array:

@@ -93,8 +93,8 @@ BENT = frozenset({"asymmetry", "non_masing"})
 DAMPING_SHARE = 0.95
 STRETCH_ROWS = 64
 OUTSIDE_SHARE = 0.01
-"""Of what an effect explains, that something else must explain more in its place: curves take that
-from any model that is not quite right."""
+"""Of what an effect explains, that a curve must explain more in its place: that much it takes from
+any model that is not quite right."""
 OUTSIDE_LEFT = 0.3
 """Share of the accepted effects' excess that what is outside the vocabulary may leave."""
 EXCESS_MIN = 0.05
@@ -322,7 +322,7 @@ class Engine:
         new = self._slim(self.problem.fit(best.forms, best.values, best.beta))
         extra = max(len(new.params) - len(fit.params), 0)
         proven = self.gain(fit, new) > (GAIN_MIN if extra else 0.0) + GAIN_PER_PARAM * extra
-        return self._keep(new) if proven else fit
+        return self._keep(new) if proven and _plausible(new, effect) else fit
 
     def _starts_from(self, fit: Fit, form: Form) -> list[dict[str, float]]:
         """Of a form beside a fit's others: its own, and those with what both forms have."""
@@ -411,7 +411,7 @@ class Engine:
                 tries,
             )
         )
-        rough = [f for f in rough if steady(self.problem, f) and _plausible(f, parent)]
+        rough = [f for f in rough if steady(self.problem, f) and _joins_plausibly(f, parent)]
         if not rough:
             return []
         near = self._front(rough)[:FINE_MAX]
@@ -420,7 +420,7 @@ class Engine:
         fine = self.map(
             lambda f: self._slim(self.problem.fit(f.forms, f.values, f.beta, near=f)), near
         )
-        fine = [f for f in fine if steady(self.problem, f) and _plausible(f, parent)]
+        fine = [f for f in fine if steady(self.problem, f) and _joins_plausibly(f, parent)]
         return [self._slim(f) for f in rough if not any(f is g for g in near)] + fine
 
     @staticmethod
@@ -517,11 +517,11 @@ class Engine:
         price = GAIN_PER_PARAM * max(len(other.params) - len(best.params), 0)
         simpler = len(other.forms) < len(best.forms) and back + price < GAIN_FURTHER
         clearly = self.gain(best, other) - max(back, 0.0) > GAIN_MIN + price
-        nearer = best.cost - other.cost > OUTSIDE_SHARE * max(base.cost - best.cost, 0.0)
-        if not simpler and not (clearly and nearer):
-            return False
         # Curves take from what a model does not do quite right; a cause leaves little.
         cause = all(f.effect in EFFECTS for f in other.forms)
+        share = 0.0 if cause else OUTSIDE_SHARE * max(base.cost - best.cost, 0.0)
+        if not simpler and not (clearly and best.cost - other.cost > share):
+            return False
         return cause or other.cost - rows < max(
             OUTSIDE_LEFT * (best.cost - rows), EXCESS_MIN * rows
         )
@@ -647,21 +647,24 @@ def _fitted(fit: Fit) -> int:
     return sum(any(p.low < p.high for p in f.params) for f in fit.forms)
 
 
-def _plausible(fit: Fit, parent: Fit) -> bool:
-    """Whether an effect that joins others is what its name says.
+def _joins_plausibly(fit: Fit, parent: Fit) -> bool:
+    """Whether an effect that joins others acts, and is what its name says."""
+    (new,) = fit.effects - parent.effects
+    if all(fit.values[p.key] == p.null for f in fit.forms if f.effect == new for p in f.params):
+        return False
+    return not _fitted(parent) or _plausible(fit, new)
+
+
+def _plausible(fit: Fit, effect: str) -> bool:
+    """Whether an effect is what its name says.
 
     Beside another model that is not quite right, a mode at the bound of its damping is a filter,
     and creep that goes back is a curve.
     """
-    (new,) = fit.effects - parent.effects
-    if all(fit.values[p.key] == p.null for f in fit.forms if f.effect == new for p in f.params):
-        return False
-    if not _fitted(parent):
-        return True
-    if new == "resonance":
+    if effect == "resonance":
         dampings = [fit.values[p.key] / p.high for p in fit.params if p.key.startswith("zeta")]
         return max(dampings) < DAMPING_SHARE
-    if new == "creep":
+    if effect == "creep":
         return sum(v for k, v in fit.values.items() if k.startswith("creep_")) > 0
     return True
 

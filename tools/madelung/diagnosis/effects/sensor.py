@@ -24,6 +24,8 @@ SKEW_MAX_PPM = 20_000.0
 SKEW_NEAR_PPM = 3000.0
 """Within it, starts lie close together."""
 SKEW_STARTS = 160
+BEYOND_ROWS = 10.0
+"""Behind the end of a record, that a straight line is good for."""
 
 
 def sensor_forms(s: Scales) -> list[Form]:
@@ -130,7 +132,7 @@ def _places(trace: Trace, v: Values) -> Array:
 
 
 def cubic(y: Array, at: Array) -> Array:
-    """Values of y at fractional samples, (n,), third-order Lagrange; held beyond the ends."""
+    """Values of y at fractional samples, (n,), third-order Lagrange; `beyond` the end."""
     base = np.clip(np.floor(at).astype(np.int64) - 1, 0, max(y.size - 4, 0))
     f = np.clip(at - base, 0.0, 3.0)
     w0 = -(f - 1) * (f - 2) * (f - 3) / 6
@@ -138,7 +140,12 @@ def cubic(y: Array, at: Array) -> Array:
     w2 = -f * (f - 1) * (f - 3) / 2
     w3 = f * (f - 1) * (f - 2) / 6
     out: Array = w0 * y[base] + w1 * y[base + 1] + w2 * y[base + 2] + w3 * y[base + 3]
-    return out
+    return out + beyond(at, y.size, y[-1] - y[-2])
+
+
+def beyond(at: Array, rows: int, rise: float) -> Array:
+    """What a value that rises so much in a sample gains behind a record's last row, (n,)."""
+    return np.clip(at - (rows - 1), 0.0, BEYOND_ROWS) * rise
 
 
 def line_form(freq_hz: tuple[float, ...], traces: tuple[str, ...], s: Scales) -> Form:
