@@ -429,7 +429,7 @@ class Engine:
 
     @staticmethod
     def _forms_max(parent: Fit) -> int:
-        return FORMS_MAX if _fitted(parent) else FORMS_MAX + 2
+        return FORMS_MAX if _fitted(parent) else FORMS_MAX + 3
 
     @staticmethod
     def _best_of_each(fits: list[Fit]) -> list[Fit]:

@@ -131,7 +131,7 @@ def _rate_dependences(s: Scales) -> list[Form]:
     """Loops widen with the rate: the displacement lags behind, whatever the law."""
     damping = Param("damping_um", -0.2 * s.stroke_um, 0.0, scale=s.stroke_um)
     widening = Param("widening", 0.0, 5.0)
-    swelling, lean = Param("swelling", 0.0, 5.0), Param("lean", -0.5, 1.5)
+    swelling, lean = Param("swelling", 0.0, 5.0), Param("lean", -0.5, 1.5, scale=0.3)
     threshold = Param("threshold_V", 0.0, 0.3 * s.range_V, scale=0.1 * s.range_V)
     volts = 0.01 * s.range_V
     held = {"of_speed": 1.0}  # through a turn
@@ -172,11 +172,12 @@ def _by_velocity(
     tau = Param("velocity_tau_s", 0.05 * s.step_min_s, 100 * s.step_min_s, log=True)
     plain = (size, power, tau, *more)
     starts = [
-        {size.key: start, "power": p, "velocity_tau_s": s.step_min_s}
-        | {p.key: p.null for p in more}
-        for p in (0.3, 0.6, 1.0, 1.5)
+        {size.key: start, "power": p, "velocity_tau_s": s.step_min_s} for p in (0.3, 0.6, 1.0, 1.5)
     ]
-    kneed = [v | {"v_knee": k} for v in starts[1:3] for k in (0.03, 0.3)]
+    for param in more:
+        starts = [v | {param.key: at} for at in (param.null, param.scale) for v in starts]
+    middle = [v for v in starts if v["power"] in (0.6, 1.0)]
+    kneed = [v | {"v_knee": k} for v in middle for k in (0.03, 0.3)]
     keys = [p.key for p in more]
     apply = _velocity_law(size.key, others, keys, _v_ref(s))
     return [
