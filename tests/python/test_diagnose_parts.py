@@ -740,3 +740,15 @@ def test_a_fast_clock_shows_at_a_records_end_what_follows_it() -> None:
     assert fit.cost < 1.1 * posed.rows
     seen = posed.simulate(fit)[1]
     assert np.abs(seen - y)[-4:].max() < 0.2 * np.abs(np.diff(y)).max()
+
+
+def test_a_search_among_forms_ends_where_each_comes_nearer_somewhere(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A gain counts in the noise that the new one leaves: of two both may gain on the other."""
+    skewed = records(PATH.but(rise_V=1.6, follow=0.3))
+    engine = Engine(problem(skewed), FORMS, 1, lambda _: None)
+    null = engine.problem.fit((), {}, BETA)
+    lag = engine.problem.fit((form("amplifier_lag"),), {"corner_hz": 300.0}, BETA)
+    monkeypatch.setattr(Engine, "gain", lambda *_: 1e6)
+    assert engine._refined(lag, null).effects == {"amplifier_lag"}

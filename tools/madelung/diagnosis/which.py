@@ -84,6 +84,7 @@ TRIES_MAX = 4
 RIVALS_MAX = 4
 RIVAL_PRICE = 200.0
 """Above the best's score, where a hypothesis is no longer fitted to all rows to the end."""
+EXCHANGES_MAX = 3
 EXCHANGE_FORMS = 3
 EXCHANGE_TRIES = 2
 EXCHANGE_SLACK = 0.3
@@ -282,25 +283,30 @@ class Engine:
         much, none is too fine to be tried.
         """
         for effect in sorted(fit.effects):
-            before = None
-            while fit is not before and not self._is_spotless(fit):
-                before, fit = fit, self._with_another_form(fit, effect, null)
+            tried: set[str] = set()  # two forms may each come nearer where the other does not
+            for _ in range(EXCHANGES_MAX):
+                if self._is_spotless(fit):
+                    break
+                before, fit = fit, self._with_another_form(fit, effect, null, tried)
+                if fit is before:
+                    break
         return fit
 
     def _is_spotless(self, fit: Fit) -> bool:
         excess = float(self.problem.excess(fit.residual).sum())
         return excess < SPOTLESS_EXCESS * self.problem.rows
 
-    def _with_another_form(self, fit: Fit, effect: str, null: Fit) -> Fit:
+    def _with_another_form(self, fit: Fit, effect: str, null: Fit, tried: set[str]) -> Fit:
         """With another form of an effect in place of its own, if one is better; else as it is."""
         old = next(f for f in fit.forms if f.effect == effect)
+        tried.add(old.name)
         rest = tuple(f for f in fit.forms if f is not old)
         every = _fitted(fit) > 1 and not self.is_enough(fit, null)  # of one, another may be missing
         forms = [
             f
             for f in self.forms
             if f.effect == effect
-            and f is not old
+            and f.name not in tried
             and (every or not f.refines or set(old.keys) <= set(f.keys))
         ]
         probe = Probe(self.problem, self.problem.fit(fit.forms, fit.values, fit.beta, 1))
