@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shlex
 from dataclasses import replace
 from pathlib import Path
@@ -56,8 +57,10 @@ def diagnose(
     err = Console(stderr=True)
     with err.status("reading the case") as status:
         told = status.update if err.is_terminal else lambda _: None
-        loaded = load_case(case)
         flashed = None if model is None else load_model(model)
+        if flashed is not None and flashed.kind in ("major_curve", "yang2015"):
+            raise InputError(f"{model}: is of kind {flashed.kind}; --model needs a polynomial f0")
+        loaded = load_case(case)
         if flashed is not None:
             loaded = _as_flashed(loaded, flashed, model)
         found = run(loaded, Options(jobs, seed, flashed, tolerance, check), told)
@@ -75,11 +78,13 @@ def diagnose(
 
 def _keep_records(case: Path, output: Path) -> None:
     """Refuse a folder for the results that holds measured records."""
-    if output.resolve() in {(case / part).resolve() for part in ("", "train", "holdout")}:
+    if os.path.realpath(output) in {os.path.realpath(case / p) for p in ("", "train", "holdout")}:
         raise InputError(f"{output}: holds the case's records: give another folder for the results")
-    if (output / "case.json").exists():
+    parts = ("case.json", "holdout", "diagnosis.json")
+    held = {n for n in parts if os.path.exists(output / n)}  # noqa: PTH110 - any name is asked
+    if "case.json" in held:
         raise InputError(f"{output}: holds a case: give another folder for the results")
-    if (output / "holdout").exists() and not (output / "diagnosis.json").exists():
+    if "holdout" in held and "diagnosis.json" not in held:
         raise InputError(f"{output}: its holdout is of no diagnosis: give another folder")
 
 
@@ -87,8 +92,6 @@ def _as_flashed(case: Case, model: Model, path: Path | None) -> Case:
     """The case over the range of the model that was flashed."""
     from madelung.model import MARGIN_SHARE
 
-    if model.kind in ("major_curve", "yang2015"):
-        raise InputError(f"{path}: is of kind {model.kind}; --model needs a polynomial f0")
     ends = (model.u_min_V - case.u_min_V, model.u_max_V - case.u_max_V)
     if max(map(abs, ends)) > MARGIN_SHARE * case.range_V:
         raise InputError(

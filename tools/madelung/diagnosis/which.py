@@ -84,6 +84,9 @@ TRIES_MAX = 4
 RIVALS_MAX = 4
 RIVAL_PRICE = 200.0
 """Above the best's score, where a hypothesis is no longer fitted to all rows to the end."""
+HOPELESS_SHARE = 0.5
+NEARLY_SHARE = 0.3
+"""Of the gap, above which no form of an effect would do that only refines another."""
 EXCHANGES_MAX = 3
 EXCHANGE_FORMS = 3
 EXCHANGE_TRIES = 2
@@ -239,7 +242,8 @@ class Engine:
             # One of two causes may prove nothing as long as the other hides it.
             alone = size == 1 and not self._is_clean(best)
             if self.gain(best, ranked[0]) > hope:
-                ranked = sorted([self._refined(ranked[0], null), *ranked[1:]], key=self.score)
+                if size == 1 or not self.is_hopeless(ranked[0], null):
+                    ranked = sorted([self._refined(ranked[0], null), *ranked[1:]], key=self.score)
             elif not alone:
                 break
             if self.accepted(best, ranked[0], null):
@@ -280,7 +284,7 @@ class Engine:
         """With other or richer forms of its effects, where these are better.
 
         The form that fits best alone need not fit best beside other effects. Where several leave
-        much, none is too fine to be tried.
+        a part, none is too fine to be tried.
         """
         for effect in sorted(fit.effects):
             tried: set[str] = set()  # two forms may each come nearer where the other does not
@@ -301,7 +305,7 @@ class Engine:
         old = next(f for f in fit.forms if f.effect == effect)
         tried.add(old.name)
         rest = tuple(f for f in fit.forms if f is not old)
-        every = _fitted(fit) > 1 and not self.is_enough(fit, null)  # of one, another may be missing
+        every = _fitted(fit) > 1 and self._is_near(fit, null)  # of one, another may be missing
         forms = [
             f
             for f in self.forms
@@ -365,6 +369,16 @@ class Engine:
         """Whether what is left is too little to look for what explains more."""
         left, gap = (float(self.problem.excess(f.residual).sum()) for f in (fit, null))
         return self._is_clean(fit) or left < ENOUGH_SHARE * gap
+
+    def is_hopeless(self, fit: Fit, null: Fit) -> bool:
+        """Whether so much is left that no other form of what is in it would help."""
+        left, gap = (float(self.problem.excess(f.residual).sum()) for f in (fit, null))
+        return left > HOPELESS_SHARE * gap
+
+    def _is_near(self, fit: Fit, null: Fit) -> bool:
+        """Whether most is explained, but not enough: a finer model may do it."""
+        left, gap = (float(self.problem.excess(f.residual).sum()) for f in (fit, null))
+        return left < NEARLY_SHARE * gap and not self.is_enough(fit, null)
 
     def _is_clean(self, fit: Fit) -> bool:
         """Whether no record has more than noise left."""
