@@ -423,19 +423,20 @@ class Probe:
 
     def amplitude(self, column: Array) -> float:
         """By how much a column is to be scaled, so that the cost falls most along it."""
-        cross = self._unit @ column
-        residual = self.base.residual
-        score = column @ residual - cross @ self._inverse @ (self._unit @ residual)
-        left = float(column @ column - cross @ self._inverse @ cross)
-        return float(score) / left if left > 0.0 else 0.0
+        score, left = self._along(column)
+        return score / left if left > 0.0 else 0.0
 
     def fall(self, columns: list[Array]) -> float:
         """How much the cost falls when the sum of columns is added as it is."""
-        c = np.sum(columns, axis=0)
-        cross = self._unit @ c
+        score, left = self._along(np.sum(columns, axis=0))
+        return 2 * score - left
+
+    def _along(self, column: Array) -> tuple[float, float]:
+        """Of a column behind the refit: its product with the residual, its squared length."""
+        cross = self._unit @ column
         residual = self.base.residual
-        score = c @ residual - cross @ self._inverse @ (self._unit @ residual)
-        return float(2 * score - (c @ c - cross @ self._inverse @ cross))
+        score = column @ residual - cross @ self._inverse @ (self._unit @ residual)
+        return float(score), float(column @ column - cross @ self._inverse @ cross)
 
     def energy(self, column: Array) -> float:
         """Squared length of a column behind the refit of what is fitted already."""

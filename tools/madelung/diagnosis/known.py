@@ -60,7 +60,7 @@ def contradicted(case: Case, engine: Engine, best: Fit) -> list[str]:
     problem = engine.problem
     free = {(f.effect, f.name): f for f in forms(problem.scales)}
     said = []
-    for form in {f.effect: f for f in known_forms(case, problem.scales)[0]}.values():
+    for form in known_forms(case, problem.scales)[0]:
         others = tuple(f for f in best.forms if f.effect != form.effect)
         own = next(f for f in best.forms if f.effect == form.effect)
         held = problem.fit((*others, own), best.values, best.beta)

@@ -297,8 +297,7 @@ class Engine:
         return fit
 
     def _is_spotless(self, fit: Fit) -> bool:
-        excess = float(self.problem.excess(fit.residual).sum())
-        return excess < SPOTLESS_EXCESS * self.problem.rows
+        return self._excess(fit) < SPOTLESS_EXCESS * self.problem.rows
 
     def _with_another_form(self, fit: Fit, effect: str, null: Fit, tried: set[str]) -> Fit:
         """With another form of an effect in place of its own, if one is better; else as it is."""
@@ -367,18 +366,20 @@ class Engine:
 
     def is_enough(self, fit: Fit, null: Fit) -> bool:
         """Whether what is left is too little to look for what explains more."""
-        left, gap = (float(self.problem.excess(f.residual).sum()) for f in (fit, null))
-        return self._is_clean(fit) or left < ENOUGH_SHARE * gap
+        return self._is_clean(fit) or self._excess(fit) < ENOUGH_SHARE * self._excess(null)
 
     def is_hopeless(self, fit: Fit, null: Fit) -> bool:
         """Whether so much is left that no other form of what is in it would help."""
-        left, gap = (float(self.problem.excess(f.residual).sum()) for f in (fit, null))
-        return left > HOPELESS_SHARE * gap
+        return self._excess(fit) > HOPELESS_SHARE * self._excess(null)
 
     def _is_near(self, fit: Fit, null: Fit) -> bool:
         """Whether most is explained, but not enough: a finer model may do it."""
-        left, gap = (float(self.problem.excess(f.residual).sum()) for f in (fit, null))
-        return left < NEARLY_SHARE * gap and not self.is_enough(fit, null)
+        most = self._excess(fit) < NEARLY_SHARE * self._excess(null)
+        return most and not self.is_enough(fit, null)
+
+    def _excess(self, fit: Fit) -> float:
+        """What a fit leaves in all records above the noise."""
+        return float(self.problem.excess(fit.residual).sum())
 
     def _is_clean(self, fit: Fit) -> bool:
         """Whether no record has more than noise left."""
@@ -551,14 +552,15 @@ class Engine:
     def accepted(self, old: Fit, new: Fit, null: Fit) -> bool:
         """Whether the richer hypothesis is proven against the poorer one."""
         extra = len(new.params) - len(old.params)
-        if self.gain(old, new) < self._gain_min(old) + GAIN_PER_PARAM * max(extra, 1):
+        gain = self.gain(old, new)
+        if gain < self._gain_min(old) + GAIN_PER_PARAM * max(extra, 1):
             return False
         visible, telling = self._shares(old, new, null)
         # One parameter that explains all there is may act but once, as a slew limit in one step.
         once = extra == 1 and telling[-1] > CLEAN_SHARE
         if not once and _spread_gain(old, new) < GAIN_MIN / 2:
             return False
-        if self._is_exact(old, new, telling):
+        if gain > GAIN_BESIDE_CLEAN and self._is_exact(old, new, telling):
             return True
         least = CLEAN_VISIBLE if extra <= STIFF_PARAMS else VISIBLE_SHARE
         lone = FURTHER_SHARE if telling[-1] < CLEAN_SHARE else FURTHER_CLEAN_SHARE
@@ -574,15 +576,14 @@ class Engine:
         However small a part of the gap that is, no wrong model does so by accident.
         """
         all_of_it = telling[-1] > EXACT_SHARE and self._is_clean(new)
-        return all_of_it and not self._is_clean(old) and self.gain(old, new) > GAIN_BESIDE_CLEAN
+        return bool(all_of_it and not self._is_clean(old))
 
     def _gain_min(self, old: Fit) -> float:
         """Least fall of the cost that one effect more must bring, but for its parameters' price."""
         others = _fitted(old)
         if not others:
             return GAIN_MIN
-        left = float(self.problem.excess(old.residual).sum())
-        clean = left < EXCESS_MIN * self.problem.rows
+        clean = self._excess(old) < EXCESS_MIN * self.problem.rows
         return GAIN_BESIDE_CLEAN if clean or others > 1 else GAIN_FURTHER
 
     def _shares(self, old: Fit, new: Fit, null: Fit) -> tuple[Array, Array]:
