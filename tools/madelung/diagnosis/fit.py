@@ -88,7 +88,17 @@ class Fit:
 
 
 class Problem:
-    """The records to be explained, the noise, and how a hypothesis is simulated and fitted."""
+    """The records to be explained, the noise, and how a hypothesis is simulated and fitted.
+
+    Attributes
+    ----------
+    used
+        By record, the rows that a fit sees, (n,).
+    slices
+        By record, its place among the residuals, which hold every row.
+    rows
+        How many rows are used.
+    """
 
     def __init__(self, traces: Sequence[Trace], noise: Noise, scales: Scales, degree: int) -> None:
         self.traces = tuple(traces)
@@ -96,12 +106,12 @@ class Problem:
         self.scales = scales
         self.degree = degree
         self._local = threading.local()
-        self._use = [_fitted_rows(t) for t in self.traces]
+        self.used = [_fitted_rows(t) for t in self.traces]
         ends = np.cumsum([t.u_V.size for t in self.traces])
         self.slices = [
             slice(int(e) - t.u_V.size, int(e)) for e, t in zip(ends, self.traces, strict=True)
         ]
-        self.rows = int(sum(u.sum() for u in self._use))
+        self.rows = int(sum(u.sum() for u in self.used))
         self.basis = _basis(degree, scales.range_V)
 
     def with_traces(self, traces: Sequence[Trace]) -> Problem:
@@ -186,7 +196,7 @@ class Problem:
         """Whitened, with zeros where rows are left out, (N,)."""
         parts = [
             self.noise.whiten(t.filled(v), t.step_s) * use
-            for v, t, use in zip(values, self.traces, self._use, strict=True)
+            for v, t, use in zip(values, self.traces, self.used, strict=True)
         ]
         return np.concatenate(parts)
 
@@ -199,13 +209,13 @@ class Problem:
         return np.array(
             [
                 float(residual[s] @ residual[s]) - float(use.sum())
-                for s, use in zip(self.slices, self._use, strict=True)
+                for s, use in zip(self.slices, self.used, strict=True)
             ]
         )
 
     def excess_per_row(self, residual: Array) -> Array:
         """By record: `excess` over the number of rows that are used."""
-        rows = np.array([max(int(use.sum()), 1) for use in self._use], np.float64)
+        rows = np.array([max(int(use.sum()), 1) for use in self.used], np.float64)
         return np.asarray(self.excess(residual) / rows)
 
     def at(self, beta: Array) -> Fit:

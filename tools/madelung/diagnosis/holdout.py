@@ -122,10 +122,12 @@ def cross_validated(problem: Problem, full: Fit) -> tuple[float, float]:
     whole = np.linalg.pinv(full.covariance / np.outer(size, size), rcond=1e-12, hermitian=True)
     energies, rows = [], []
     seen = problem.simulate(full)
-    for trace, y, place in zip(problem.traces, seen, problem.slices, strict=True):
+    for trace, use, y, place in zip(
+        problem.traces, problem.used, seen, problem.slices, strict=True
+    ):
         if trace.role != "train":
             continue
-        error = np.where(trace.use, trace.y_um - y, 0.0) ** 2
+        error = np.where(use, trace.y_um - y, 0.0) ** 2
         for block in np.array_split(np.arange(trace.u_V.size), TRAIN_BLOCKS):
             j = columns[:, place][:, block]
             r = full.residual[place][block]
@@ -134,7 +136,7 @@ def cross_validated(problem: Problem, full: Fit) -> tuple[float, float]:
             told = float(r @ r)
             worse = float(missed @ missed) / told if told else 1.0
             energies.append(float(error[block].sum()) * worse)
-            rows.append(int(trace.use[block].sum()))
+            rows.append(int(use[block].sum()))
     energy, n = np.array(energies), np.array(rows)
     mean = float(energy.sum()) / max(int(n.sum()), 1)
     spread = np.sqrt(energy.size / max(energy.size - 1, 1) * np.sum((energy - mean * n) ** 2))
