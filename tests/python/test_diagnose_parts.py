@@ -107,6 +107,19 @@ def test_a_second_colour_is_found_where_there_is_one() -> None:
     assert estimate_noise(slow_loop(0.9)).slow_um == 0.0
 
 
+@pytest.mark.parametrize("seconds", [20.0, 37.0])
+def test_the_way_through_a_dead_band_at_the_start_is_not_noise(seconds: float) -> None:
+    # Engaged in the rising sense: the first ascent is another than all later ones.
+    dead = PATH.but(dead_band_um=0.8)
+    for hz in (0.1, 0.1003):  # the second: no whole number of samples in a cycle
+        u = loop(seconds, hz)
+        y = Runner(0.0, 40.0).run(dead, u, 0.005)
+        y += NOISE_UM * sensor_noise(u.size, 0.5, 0.005, 3)
+        noise = estimate_noise(trace("identify", u, y, 0.005, "identify"))
+        assert noise.known
+        assert noise.rms_um == pytest.approx(NOISE_UM, rel=0.1)
+
+
 def test_the_noise_may_be_larger_where_little_was_seen_of_it() -> None:
     few, many = (estimate_noise(slow_loop(0.98).head(n)) for n in (4500, 12_000))
     freq = np.array([0.02, 0.3, 3.0, 80.0])

@@ -34,6 +34,13 @@ GUESS_ERROR = 0.3
 """Share of a floor's power that it may well be off by where no cycle repeats."""
 OVERLAP = 0.5
 """Differences of successive cycles overlap: as much is known as from this share of them."""
+WINDOWS = 100
+"""Of a cycle, over which slopes are taken, ..."""
+WHOLE_SHARE = 0.7
+"""... where u moves by this share of what it usually does."""
+FIRST_RATIO = 2.0
+"""Mean square of the first ascent's differences over the later ones', above which they are left
+out."""
 START_LEFT = 1e-6
 ROWS_MIN = 200
 """Differences from which a noise can be told."""
@@ -299,7 +306,11 @@ def _without(columns: list[Array], values: Array, good: NDArray[np.bool_]) -> Ar
 
 
 def _cycle_differences(trace: Trace) -> Array | None:
-    """Differences of successive cycles, without trend, and without what u's mismatch explains."""
+    """Differences of successive cycles, without trend, and without what u's mismatch explains.
+
+    The first ascent is left out where it shows more than all later branches: an engaged dead band,
+    or memory of what was before, does not come again.
+    """
     starts = _cycle_starts(trace.u_V)
     if starts.size < 2:
         return None
@@ -314,10 +325,33 @@ def _cycle_differences(trace: Trace) -> Array | None:
     if np.sqrt(np.mean(du**2)) > 0.05 * np.ptp(trace.u_V):
         return None
     d = trace.y_um[shift:] - trace.y_um[:n]
-    z = 2 * (trace.u_V[:n] - trace.u_V.min()) / np.ptp(trace.u_V) - 1
-    rising = np.gradient(trace.u_V[:n]) > 0
-    shifts = [du * z**k * side for k in range(3) for side in (rising, ~rising)]
-    return _without([*_trend(n), *shifts], d, good)
+    shifts = [du * slope for slope in _slopes(trace, max(shift // WINDOWS, 1))[:, :n]]
+    whole = _without([*_trend(n), *shifts], d, good)
+    top = int(np.argmax(trace.u_V[: starts[1]])) + 1
+    if good[:top].sum() < ROWS_MIN / 4 or good[top:].sum() < ROWS_MIN:
+        return whole
+    first, later = (float(np.mean(part**2)) for part in (whole[:top], whole[top:]))
+    if first < FIRST_RATIO * later:
+        return whole
+    return _without([*_trend(n - top), *(s[top:] for s in shifts)], d[top:], good[top:])
+
+
+def _slopes(trace: Trace, window: int) -> Array:
+    """dy/du over so many rows to either side; of the rising branches, of the falling ones, (2, n).
+
+    Each is zero in the other's rows. Next to a turn it is what it is a window away.
+    """
+    u, y = (np.pad(v, window, mode="edge") for v in (trace.u_V, trace.filled(trace.y_um)))
+    du, dy = (v[2 * window :] - v[: -2 * window] for v in (u, y))
+    rising = np.gradient(trace.u_V) > 0
+    whole = np.abs(du) > WHOLE_SHARE * np.median(np.abs(du))
+    rows = np.arange(rising.size)
+    slopes = np.zeros((2, rising.size))
+    for slope, side in zip(slopes, (rising, ~rising), strict=True):
+        good = np.flatnonzero(whole & side & (rising == (du > 0)))
+        if good.size:
+            slope[side] = np.interp(rows[side], good, dy[good] / du[good])
+    return slopes
 
 
 def _cycle_starts(u: Array) -> NDArray[np.int64]:
