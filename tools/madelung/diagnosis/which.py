@@ -310,7 +310,7 @@ class Engine:
             for f in self.forms
             if f.effect == effect
             and f.name not in tried
-            and (every or not f.refines or set(old.keys) <= set(f.keys))
+            and (every or not f.refines or set(old.keys) & set(f.keys))
         ]
         probe = Probe(self.problem, self.problem.fit(fit.forms, fit.values, fit.beta, 1))
         tries = [(f, start) for f in forms for start in self._starts_from(fit, f)]
