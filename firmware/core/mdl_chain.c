@@ -257,9 +257,17 @@ mdl_status mdl_chain_lead(mdl_chain *chain, mdl_real u_volts)
     return (mdl_status)status;
 }
 
+/* Where the drive was at a command before all records, above u_min. */
+static mdl_real rested(const mdl_chain *chain, mdl_real u)
+{
+    const mdl_chain_params *p = chain->params;
+    return (p->rest_free ? u : saturated(chain, u)) - p->u_min_volts;
+}
+
 void mdl_chain_reset(mdl_chain *chain)
 {
     const mdl_chain_params *p = chain->params;
+    mdl_real y;
     mdl_traj_reset(&chain->traj);
     memset(&chain->at, 0, sizeof chain->at);
     mdl_plays_reset(&chain->at.plays, &chain->plays);
@@ -267,8 +275,8 @@ void mdl_chain_reset(mdl_chain *chain)
     mdl_delay_reset(&chain->delay, MDL_C(0.0));
     chain->started = 0;
     if (acts(chain, MDL_BLOCK_SATURATION) || acts(chain, MDL_BLOCK_BOUC)) {
-        (void)mdl_chain_lead(chain, p->u_min_volts + p->major.range_volts);
-        (void)mdl_chain_lead(chain, p->u_min_volts);
+        (void)lead(chain, rested(chain, p->u_min_volts + p->major.range_volts), &y);
+        (void)lead(chain, rested(chain, p->u_min_volts), &y);
         chain->at.bouc.rest = chain->at.bouc.z;
     }
 }

@@ -14,7 +14,8 @@
  * displacement, where interpolation does not blur turning points.
  *
  * At rest the drive has been at what it makes of u_max, and then of u_min: behind a saturation the
- * hysteresis has not seen more. A start from an unknown history is made by leading it through that
+ * hysteresis has not seen more, unless it rests free of the limits (it came to u_min by another
+ * drive, or discharged). A start from an unknown history is made by leading it through that
  * history, or by resuming a state.
  */
 #ifndef MDL_CHAIN_H
@@ -58,6 +59,7 @@ typedef struct {
     uint16_t blocks;   /**< MDL_BLOCK_... that act; 0: the baseline */
     uint16_t substeps; /**< 1 to 64; the command is taken as linear between samples; 0 means 1 */
     mdl_saturation_params saturation;
+    uint16_t rest_free;   /**< 1: what rests has seen u_min itself, before the saturation acted */
     mdl_slew_params slew; /**< per substep */
     mdl_lag_params lag;
     mdl_envelope_params envelope;

@@ -29,7 +29,13 @@ from madelung.path import (
 PATH = SignalPath(-20.0, 160.0, (0.3, 0.08, 2e-4, -1e-6))
 FIELDS: dict[str, dict[str, Any]] = {
     "delay": {"delay_s": 3.21e-4},
-    "saturation": {"high_V": 101.3, "low_V": -3.7, "knee_V": 1.1, "knee_power": 2.3},
+    "saturation": {
+        "high_V": 101.3,
+        "low_V": -3.7,
+        "knee_V": 1.1,
+        "knee_power": 2.3,
+        "rest_free": 1.0,
+    },
     "slew_limit": {"slew_V_per_s": 12345.0, "slew_fall_V_per_s": 9876.0, "slew_knee_V": 0.5},
     "amplifier_lag": {"corner_hz": 543.2},
     "asymmetry": {"shape": ((0.1, 0, 0, 0), (0, 0, 0, 0), (0, 0, 0.3, 0), (0, 0, 0, 0))},

@@ -51,6 +51,7 @@ BLOCKS = {
     "hard saturation": PATH.but(high_V=90.0, low_V=5.0),
     "soft saturation": PATH.but(high_V=90.0, low_V=5.0, knee_V=2.0),
     "rounded saturation": PATH.but(high_V=90.0, low_V=5.0, knee_V=20.0, knee_power=2.5),
+    "saturation, not at rest": PATH.but(high_V=90.0, low_V=5.0, rest_free=1.0),
     "slew limit": PATH.but(slew_V_per_s=5000.0),
     "unequal slew limit": PATH.but(slew_V_per_s=5000.0, slew_fall_V_per_s=3000.0),
     "slew limit with a knee": PATH.but(slew_V_per_s=5000.0, slew_knee_V=2.0),
@@ -203,6 +204,12 @@ def test_rounded_saturation_follows_its_formula(power: float) -> None:
     expected = np.clip(u, low, high) + followed(u - high) - followed(low - u)
     found = run(LINE.but(high_V=70.0, low_V=10.0, knee_V=knee, knee_power=power), u)
     np.testing.assert_allclose(found, expected, rtol=0, atol=5e-7)
+
+
+def test_free_of_a_saturation_the_hysteresis_starts_on_the_major_curve() -> None:
+    u = command()[1]
+    clipped = PATH.but(high_V=90.0, low_V=5.0, rest_free=1.0)
+    np.testing.assert_allclose(run(clipped, u), run(PATH, np.clip(u, 5.0, 90.0)), rtol=0, atol=1e-9)
 
 
 def test_behind_a_saturation_the_hysteresis_has_not_been_beyond() -> None:

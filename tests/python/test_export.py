@@ -44,6 +44,7 @@ CREEP = tuple(CreepMode(10.0**k, 0.01) for k in range(-3, 4))
 BLOCKS = {
     "saturation": {"high_V": 101.3, "low_V": -3.7, "knee_V": 1.1},
     "one hard end": {"high_V": 101.3},
+    "a low end, not at rest": {"low_V": -3.7, "rest_free": 1.0},
     "rounded saturation": {"high_V": 101.3, "low_V": -3.7, "knee_V": 11.1, "knee_power": 2.3},
     "slew limit": {"slew_V_per_s": 12345.0},
     "unequal slew limit": {"slew_V_per_s": 12345.0, "slew_fall_V_per_s": 9876.0},

@@ -439,6 +439,20 @@ void test_behind_a_saturation_the_hysteresis_rests_where_it_has_been_led(void)
     STEP(1.0, 13.0, MDL_OK); /* x = 3, 2 above where it rests */
 }
 
+void test_what_rests_free_of_a_saturation_has_been_at_u_min(void)
+{
+    use_clipped_square();
+    params.rest_free = 1;
+    start();
+    STEP(-2.0, 1.0, MDL_OK); /* x = 1, on f0 */
+    STEP(0.0, 4.0, MDL_OK);
+    STEP(6.0, 25.0, MDL_OK);
+    STEP(-2.0, 9.0, MDL_OK); /* from now on as if it had not: 25 - 4^2 */
+    STEP(0.0, 10.0, MDL_OK);
+    mdl_chain_reset(&chain);
+    STEP(1.0, 9.0, MDL_OK); /* x = 3 */
+}
+
 void test_a_saturation_beyond_the_range_leaves_the_rest_as_it_is(void)
 {
     use(square, 2, MDL_BLOCK_SATURATION);

@@ -54,6 +54,7 @@ _FLAT = {
         "low_V": _Range(*_ANY, -UNLIMITED_V),
         "knee_V": _Range(0.0, 1e6, 0.0),
         "knee_power": _Range(0.0, 32.0, 0.0),
+        "rest_free": _Range(0, 1, 0),
     },
     "slew_limit": {
         "slew_V_per_s": _Range(*_POSITIVE),

@@ -254,7 +254,6 @@ def _blocks(chain: Chain) -> dict[str, Tree]:
     """By block that acts, the name of its bit: its members of mdl_chain_params."""
     found: dict[str, Tree] = {}
     for bit, member, names, values in (
-        ("SATURATION", "saturation", _SATURATION, chain.saturation),
         ("SLEW", "slew", _SLEW, chain.slew),
         ("LAG", "lag", _LAG, chain.lag),
         ("ENVELOPE", "envelope", _ENVELOPE, chain.envelope),
@@ -262,6 +261,11 @@ def _blocks(chain: Chain) -> dict[str, Tree]:
     ):
         if values is not None:
             found[bit] = {member: _struct(member, names, values)}
+    if chain.saturation is not None:
+        found["SATURATION"] = {
+            "saturation": _struct("saturation", _SATURATION, chain.saturation),
+            "rest_free": f"{int(chain.saturation[4])}u",
+        }
     if chain.rate is not None:
         found["RATE"] = {"rate": _rate(chain.rate)}
     if chain.backlash is not None:

@@ -68,7 +68,7 @@ class SignalPath:
         Share by which minor loops are wider, l_0 and l_1 of mdl_shape.h.
     rise_V, rise_skew, fall_V, fall_skew, follow
         Envelopes of a generalised play (mdl_envelope.h).
-    high_V, low_V, knee_V, knee_power
+    high_V, low_V, knee_V, knee_power, rest_free
         Saturation of the drive; the power makes another knee (mdl_drive.h).
     slew_V_per_s, slew_fall_V_per_s, slew_knee_V
         Slew limit, 0: none; for falling commands, 0: the same; the lag at which the rate
@@ -112,6 +112,7 @@ class SignalPath:
     low_V: float = -UNLIMITED_V
     knee_V: float = 0.0
     knee_power: float = 0.0
+    rest_free: float = 0.0
     slew_V_per_s: float = 0.0
     slew_fall_V_per_s: float = 0.0
     slew_knee_V: float = 0.0
@@ -208,12 +209,11 @@ def discretise(path: SignalPath, step_s: float, substeps: int | None = None) -> 
     """
     n = substeps or path.substeps(step_s)
     inner_s = step_s / n
-    limited = path.high_V < UNLIMITED_V or path.low_V > -UNLIMITED_V
     return Chain(
         substeps=n,
         shape=path.shape or (FLAT if any(_loop(path)) else None),
         loop=_loop(path),
-        saturation=(path.high_V, path.low_V, path.knee_V, path.knee_power) if limited else None,
+        saturation=_saturation(path),
         slew=_slew(path, inner_s) if path.slew_V_per_s else None,
         lag=_lag(1 / (2 * np.pi * path.corner_hz), inner_s) if path.corner_hz else None,
         rate=_rate(path, inner_s) if path.has_rate else None,
@@ -233,6 +233,13 @@ def discretise(path: SignalPath, step_s: float, substeps: int | None = None) -> 
 def _yang(path: SignalPath, yang: Yang, step_s: float) -> YangParams:
     u_max_V = path.u_min_V + path.range_V
     return discretise_yang(yang, path.u_min_V, u_max_V, MARGIN_SHARE * path.range_V, step_s)
+
+
+def _saturation(path: SignalPath) -> tuple[float, ...] | None:
+    limited = path.high_V < UNLIMITED_V or path.low_V > -UNLIMITED_V
+    if not limited:
+        return None
+    return path.high_V, path.low_V, path.knee_V, path.knee_power, path.rest_free
 
 
 def _lag(tau_s: float, step_s: float) -> tuple[float, float]:
@@ -305,7 +312,7 @@ def _flushed(value: float) -> float:
 
 _FIELDS = {
     "delay": ("delay_s", "substeps_min"),
-    "saturation": ("high_V", "low_V", "knee_V", "knee_power"),
+    "saturation": ("high_V", "low_V", "knee_V", "knee_power", "rest_free"),
     "slew_limit": ("slew_V_per_s", "slew_fall_V_per_s", "slew_knee_V"),
     "amplifier_lag": ("corner_hz",),
     "rate_dependence": (
@@ -342,6 +349,7 @@ _SECONDARY = (
     "bouc_gamma",
     "knee_V",
     "knee_power",
+    "rest_free",
     "slew_fall_V_per_s",
     "slew_knee_V",
     "power",

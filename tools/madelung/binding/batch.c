@@ -99,9 +99,10 @@ void batch_set_substeps(batch *b, uint16_t substeps)
 }
 
 void batch_set_saturation(batch *b, mdl_real high_volts, mdl_real low_volts, mdl_real knee_volts,
-                          mdl_real knee_power)
+                          mdl_real knee_power, uint16_t rest_free)
 {
     b->params.saturation = (mdl_saturation_params){high_volts, low_volts, knee_volts, knee_power};
+    b->params.rest_free = rest_free;
     switch_on(b, MDL_BLOCK_SATURATION);
 }
 
