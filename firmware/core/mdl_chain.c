@@ -161,7 +161,7 @@ static mdl_status check(const mdl_chain_params *p)
     if (!mdl_is_finite(p->u_min_volts)) {
         return MDL_ERR_NOT_FINITE;
     }
-    if (p->substeps > SUBSTEPS_MAX) {
+    if (p->substeps > SUBSTEPS_MAX || !(p->smooth >= MDL_C(0.0) && p->smooth <= MDL_C(1.0))) {
         return MDL_ERR_PARAMETER;
     }
     if (p->creep_count > MDL_CREEP_MODES_MAX || p->mode_count > MDL_MODES_MAX ||
@@ -456,6 +456,15 @@ static mdl_real measured(const mdl_chain *chain)
     return y;
 }
 
+/* The smaller one of two bends; of opposite ones, none. */
+static mdl_real lesser(mdl_real a, mdl_real b)
+{
+    if (a * b <= MDL_C(0.0)) {
+        return MDL_C(0.0);
+    }
+    return mdl_size(a) < mdl_size(b) ? a : b;
+}
+
 mdl_status mdl_chain_step(mdl_chain *chain, mdl_real u_volts, mdl_real *y_um)
 {
     const mdl_chain_params *p = chain->params;
@@ -473,13 +482,19 @@ mdl_status mdl_chain_step(mdl_chain *chain, mdl_real u_volts, mdl_real *y_um)
     } else {
         uint16_t n = p->substeps > 1u ? p->substeps : 1u;
         mdl_real from = chain->at.u_volts;
-        mdl_real rise = (u_volts - from) / (mdl_real)n;
+        mdl_real rise = u_volts - from;
+        mdl_real turn = rise - chain->at.rise_volts;
+        mdl_real bend = MDL_C(0.5) * p->smooth * lesser(turn, chain->at.bend_volts);
+        mdl_real step = MDL_C(1.0) / (mdl_real)n;
         uint16_t i;
         for (i = 1; i < n; i++) {
-            status |= substep(chain, from + rise * (mdl_real)i);
+            mdl_real f = step * (mdl_real)i;
+            status |= substep(chain, from + f * (rise - bend * (MDL_C(1.0) - f)));
         }
         status |= substep(chain, u_volts);
         chain->at.u_volts = u_volts;
+        chain->at.rise_volts = rise;
+        chain->at.bend_volts = turn;
     }
     *y_um = measured(chain);
     return (mdl_status)status;

@@ -57,7 +57,9 @@ typedef struct {
     mdl_real margin_volts; /**< see mdl_traj_init */
     mdl_major major;
     uint16_t blocks;   /**< MDL_BLOCK_... that act; 0: the baseline */
-    uint16_t substeps; /**< 1 to 64; the command is taken as linear between samples; 0 means 1 */
+    uint16_t substeps; /**< 1 to 64; 0 means 1 */
+    mdl_real smooth;   /**< the command between samples, 0 to 1: 0 linear, 1 a parabola that goes on
+                        * bending as in the samples before, at a kink linear; acts in substeps */
     mdl_saturation_params saturation;
     uint16_t rest_free;   /**< 1: what rests has seen u_min itself, before the saturation acted */
     mdl_slew_params slew; /**< per substep */
@@ -80,6 +82,8 @@ typedef struct {
 /** State of the blocks between the command and the delay; reals only, saved as they are. */
 typedef struct {
     mdl_real u_volts;       /**< command */
+    mdl_real rise_volts;    /**< of the command in the last sample */
+    mdl_real bend_volts;    /**< change of that from the sample before */
     mdl_real clipped_volts; /**< before the slew limit */
     mdl_real slewed_volts;  /**< behind the slew limit */
     mdl_real drive_volts;   /**< behind the input box */

@@ -59,6 +59,7 @@ FULL = PATH.but(**{k: v for fields in FIELDS.values() for k, v in fields.items()
     v_knee=0.07,
     velocity_tau_s=2e-4,
     of_speed=1.0,
+    smooth=0.6,
     rise_V=1.23,
     rise_skew=0.45,
     fall_V=0.67,

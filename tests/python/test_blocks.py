@@ -62,6 +62,7 @@ BLOCKS = {
     "thresholds": PATH.but(threshold_V=2.0, **RATE),
     "damping with a knee": PATH.but(damping_um=-0.1, v_knee=0.05, **RATE),
     "widening with a knee": PATH.but(widening=0.2, v_knee=0.05, **RATE),
+    "damping of a smooth command": PATH.but(damping_um=-0.1, smooth=0.7, **RATE),
     "widening with the speed": PATH.but(widening=0.2, of_speed=1.0, **RATE),
     "thresholds of the speed": PATH.but(threshold_V=2.0, of_speed=1.0, **RATE),
     "loops that swell with the speed": PATH.but(swelling=0.2, of_speed=1.0, **RATE),
@@ -204,6 +205,28 @@ def test_rounded_saturation_follows_its_formula(power: float) -> None:
     expected = np.clip(u, low, high) + followed(u - high) - followed(low - u)
     found = run(LINE.but(high_V=70.0, low_V=10.0, knee_V=knee, knee_power=power), u)
     np.testing.assert_allclose(found, expected, rtol=0, atol=5e-7)
+
+
+def test_a_smooth_commands_velocity_is_that_at_the_sample() -> None:
+    """Linear between samples it would be that of half a step before."""
+    t = np.arange(4000) * STEP_S
+    w = 2 * np.pi / (60 * STEP_S)
+    u, v = 50.0 - 40.0 * np.cos(w * t), 40.0 * w * np.sin(w * t)
+    errors = []
+    for smooth in (0.0, 1.0):
+        damped = PATH.but(damping_um=-0.1, smooth=smooth, power=1.0, v_ref_V_per_s=5000.0)
+        found = run(damped, u) - run(PATH.but(substeps_min=4), u)
+        errors.append(np.abs(found[60:] + 0.1 * v[60:] / 5000.0).max() / np.abs(found).max())
+    assert errors[0] > 0.04
+    assert errors[1] < 0.02
+
+
+def test_at_a_kink_a_smooth_command_is_linear() -> None:
+    u = np.interp(np.arange(600), [0, 100, 300, 500, 599], [0.0, 90.0, 10.0, 70.0, 40.0])
+    law = {"damping_um": -0.1, "widening": 0.1, **RATE}
+    np.testing.assert_allclose(
+        run(PATH.but(smooth=1.0, **law), u), run(PATH.but(**law), u), rtol=0, atol=1e-9
+    )
 
 
 def test_free_of_a_saturation_the_hysteresis_starts_on_the_major_curve() -> None:

@@ -63,6 +63,7 @@ BLOCKS = {
     "wider minor loops": {"loop_share": 0.2, "loop_slope": -0.1},
     "thresholds": {"threshold_V": 1.7, "power": 0.4, "v_ref_V_per_s": 1e5},
     "a law with a knee": {"widening": 0.5, "power": 0.4, "v_ref_V_per_s": 1e5, "v_knee": 0.03},
+    "a smooth command": {"damping_um": -0.1, "smooth": 0.8},
     "a law of the speed": {"threshold_V": 1.7, "v_ref_V_per_s": 1e5, "of_speed": 1.0},
     "viscous operators": {"relax_s": 1.23e-3},
     "viscous operators by the square": {"relax_per_V_s": 321.0},

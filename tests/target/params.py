@@ -38,6 +38,7 @@ PATH = SignalPath(
     v_ref_V_per_s=3000.0,
     v_knee=0.04,
     of_speed=1.0,
+    smooth=0.8,
     rise_V=1.7,
     rise_skew=0.4,
     fall_V=0.9,

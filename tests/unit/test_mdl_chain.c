@@ -439,6 +439,29 @@ void test_behind_a_saturation_the_hysteresis_rests_where_it_has_been_led(void)
     STEP(1.0, 13.0, MDL_OK); /* x = 3, 2 above where it rests */
 }
 
+void test_between_samples_a_smooth_command_bends_on(void)
+{
+    /* A slew limit of one volt a substep lags behind what the command does between samples. */
+    use_line(MDL_BLOCK_SLEW);
+    params.substeps = 2;
+    params.smooth = MDL_C(1.0);
+    params.slew.rise_volts = MDL_C(1.0);
+    params.slew.fall_volts = MDL_C(1.0);
+    start();
+    STEP(-2.0, 1.0, MDL_OK);
+    STEP(-1.75, 1.25, MDL_OK);
+    STEP(-1.0, 2.0, MDL_OK);   /* rises by 1/4, 3/4, 2: bends by 1/2, 5/4 */
+    STEP(1.0, 3.9375, MDL_OK); /* at -1 + 1 - 1/16, then a volt on */
+    params.smooth = MDL_C(0.0);
+    start();
+    STEP(-2.0, 1.0, MDL_OK);
+    STEP(-1.75, 1.25, MDL_OK);
+    STEP(-1.0, 2.0, MDL_OK);
+    STEP(1.0, 4.0, MDL_OK); /* linear: just within the limit */
+    params.smooth = MDL_C(1.5);
+    ASSERT_STATUS(MDL_ERR_PARAMETER, mdl_chain_init(&chain, &params, &left, &right));
+}
+
 void test_what_rests_free_of_a_saturation_has_been_at_u_min(void)
 {
     use_clipped_square();

@@ -83,6 +83,7 @@ _FLAT = {
         "of_speed": _Range(0, 1, 0),
         "relax_s": _Range(0.0, 1e6, 0.0),
         "relax_per_V_s": _Range(0.0, 1e12, 0.0),
+        "smooth": _Range(0.0, 1.0, 0.0),
     },
     "non_masing": _terms((2, 4))
     | {

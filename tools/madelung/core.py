@@ -71,6 +71,8 @@ class Chain:
     ----------
     substeps
         Steps per sample, 1 to 64.
+    smooth
+        The command between samples: 0 linear, 1 a parabola.
     shape
         (4, 4), um, see mdl_shape.h.
     loop
@@ -104,6 +106,7 @@ class Chain:
     """
 
     substeps: int = 1
+    smooth: float = 0.0
     shape: tuple[tuple[float, ...], ...] | None = None
     loop: tuple[float, float] = (0.0, 0.0)
     saturation: tuple[float, ...] | None = None
@@ -151,7 +154,7 @@ class Core:
         """Switch on what the chain has, and everything else off."""
         lib, batch = self._lib, self._batch
         lib.batch_clear_blocks(batch)
-        lib.batch_set_substeps(batch, chain.substeps)
+        lib.batch_set_substeps(batch, chain.substeps, chain.smooth)
         shape = self._ffi.NULL if chain.shape is None else self._pointer(self._array(chain.shape))
         lib.batch_set_shape(batch, shape, self._pointer(self._array(chain.loop)))
         if chain.saturation is not None:

@@ -244,7 +244,11 @@ def _chain(model: Model, chain: Chain) -> Tree:
     if not blocks:
         return tree
     bits = " | ".join(f"MDL_BLOCK_{name}" for name in blocks)
-    tree |= {"blocks": bits, "substeps": f"{chain.substeps}u"}
+    tree |= {
+        "blocks": bits,
+        "substeps": f"{chain.substeps}u",
+        "smooth": literal(chain.smooth, "smooth"),
+    }
     for members in blocks.values():
         tree |= members
     return tree

@@ -83,6 +83,8 @@ class SignalPath:
         1: all but the damping go with the filtered speed, 0: with the filtered velocity.
     relax_s, relax_per_V_s
         Viscous operators (mdl_plays.h): tau, or k, of which only one may be set; 0: none.
+    smooth
+        The command between samples, 0: linear, 1: a parabola (mdl_chain.h).
     bouc_um, bouc_V, bouc_power, bouc_gamma
         A part by Bouc and Wen (mdl_bouc.h): size, reach, n, gamma.
     creep, modes
@@ -129,6 +131,7 @@ class SignalPath:
     of_speed: float = 0.0
     relax_s: float = 0.0
     relax_per_V_s: float = 0.0
+    smooth: float = 0.0
     bouc_um: float = 0.0
     bouc_V: float = 1.0
     bouc_power: float = 1.0
@@ -211,6 +214,7 @@ def discretise(path: SignalPath, step_s: float, substeps: int | None = None) -> 
     inner_s = step_s / n
     return Chain(
         substeps=n,
+        smooth=path.smooth,
         shape=path.shape or (FLAT if any(_loop(path)) else None),
         loop=_loop(path),
         saturation=_saturation(path),
@@ -328,6 +332,7 @@ _FIELDS = {
         "of_speed",
         "relax_s",
         "relax_per_V_s",
+        "smooth",
     ),
     "backlash": ("dead_band_um", "spring_share"),
     "gain_offset": ("gain", "offset_um"),
@@ -357,6 +362,7 @@ _SECONDARY = (
     "v_knee",
     "velocity_tau_s",
     "of_speed",
+    "smooth",
     "lean",
     "spring_share",
     "substeps_min",

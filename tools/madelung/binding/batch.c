@@ -87,15 +87,18 @@ void batch_clear_blocks(batch *b)
 {
     b->params.blocks = 0;
     b->params.substeps = 1;
+    b->params.smooth = MDL_C(0.0);
+    b->params.rest_free = 0;
     b->params.creep_count = 0;
     b->params.mode_count = 0;
     b->params.delay.whole = 0;
     b->params.spring_share = MDL_C(0.0);
 }
 
-void batch_set_substeps(batch *b, uint16_t substeps)
+void batch_set_substeps(batch *b, uint16_t substeps, mdl_real smooth)
 {
     b->params.substeps = substeps;
+    b->params.smooth = smooth;
 }
 
 void batch_set_saturation(batch *b, mdl_real high_volts, mdl_real low_volts, mdl_real knee_volts,

@@ -163,7 +163,7 @@ def _by_velocity(
     refines: bool = False,
     more: tuple[Param, ...] = (),
 ) -> list[Form]:
-    """With a power of the rate; and with a law that is straight below a knee.
+    """With a power of the rate; and straight below a knee, of a command that may be smooth.
 
     ``others``: further fields of the signal path; ``more``: and those that are fitted.
     """
@@ -177,7 +177,8 @@ def _by_velocity(
     for param in more:
         starts = [v | {param.key: at} for at in (param.null, param.scale) for v in starts]
     middle = [v for v in starts if v["power"] in (0.6, 1.0)]
-    kneed = [v | {"v_knee": k} for v in middle for k in (0.03, 0.3)]
+    smooth = Param("smooth", 0.0, 1.0)
+    kneed = [v | {"v_knee": k, "smooth": 0.0} for v in middle for k in (0.03, 0.3)]
     keys = [p.key for p in more]
     apply = _velocity_law(size.key, others, keys, _v_ref(s))
     return [
@@ -193,7 +194,7 @@ def _by_velocity(
         Form(
             "rate_dependence",
             f"{name}, straight below a knee",
-            (*plain, v_knee),
+            (*plain, v_knee, smooth),
             lambda _: kneed,
             apply,
             size=size.key,
@@ -213,6 +214,7 @@ def _velocity_law(
             v_ref_V_per_s=v_ref,
             v_knee=knee,
             velocity_tau_s=v["velocity_tau_s"],
+            smooth=v.get("smooth", 0.0),
             **others,
             **{k: v[k] for k in more},
         )
