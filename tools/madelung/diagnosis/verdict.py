@@ -19,6 +19,7 @@ from madelung.diagnosis.which import (
     GAIN_PER_PARAM,
     HOPELESS,
     PAIR,
+    REMAINDER_MAX,
     RIVAL_GAIN,
     Engine,
     Outsider,
@@ -32,10 +33,9 @@ CANDIDATES_MAX = 4
 RIVAL_EXCESS = 1.3
 """A rival is set aside when its cost is clearly higher (`RIVAL_GAIN`) and its excess over the noise
 is larger by this factor."""
-REMAINDER_MAX = 0.05
 REMAINDER_MANY = 0.01
-"""Share of the gap that may stay unexplained; beside more than a pair of effects, whose sum may as
-well be a curve through something else."""
+"""Share of the gap that may stay unexplained beside more than a pair of effects, whose sum may as
+well be a curve through something else; beside fewer it is `REMAINDER_MAX`."""
 CONFIDENCE_MAX = 0.99
 LINE_PERIODS = 3
 """Periods of a disturbance that a record must hold at least."""

@@ -58,6 +58,10 @@ VISIBLE_SHARE = 0.03
 REMAINDER_SHARE = 0.4
 """What is accepted removes more than the first share of the gap, and more than the second of what
 was unexplained, both in the same record or in all together."""
+REMAINDER_MAX = 0.05
+MOST_SHARE = 0.7
+"""Where less than the first share of the gap is left, which a verdict allows, what joins must remove
+the second of that: less is what a model that is not quite right leaves to others."""
 SHARE_FLOOR = 25.0
 """Excess that shares are taken of at least."""
 CLEAN_SHARE = 0.9
@@ -562,6 +566,8 @@ class Engine:
             return False
         if gain > GAIN_BESIDE_CLEAN and self._is_exact(old, new, telling):
             return True
+        if _fitted(old) and telling[-1] < MOST_SHARE and self._is_allowed(old, null):
+            return False
         least = CLEAN_VISIBLE if extra <= STIFF_PARAMS else VISIBLE_SHARE
         lone = FURTHER_SHARE if telling[-1] < CLEAN_SHARE else FURTHER_CLEAN_SHARE
         if _fitted(old) and visible[-1] < lone:
@@ -577,6 +583,11 @@ class Engine:
         """
         all_of_it = telling[-1] > EXACT_SHARE and self._is_clean(new)
         return bool(all_of_it and not self._is_clean(old))
+
+    def _is_allowed(self, fit: Fit, null: Fit) -> bool:
+        """Whether it leaves no more of the gap than a verdict allows."""
+        left, whole = (float(self.problem.excess(f.residual).sum()) for f in (fit, null))
+        return left < REMAINDER_MAX * whole
 
     def _gain_min(self, old: Fit) -> float:
         """Least fall of the cost that one effect more must bring, but for its parameters' price."""
