@@ -60,7 +60,7 @@ REMAINDER_SHARE = 0.4
 was unexplained, both in the same record or in all together."""
 REMAINDER_MAX = 0.05
 MOST_SHARE = 0.7
-"""Where less than the first share of the gap is left, which a verdict allows, what joins must remove
+"""Where less than the first share of the gap is left, which a verdict allows, what joins removes
 the second of that: less is what a model that is not quite right leaves to others."""
 SHARE_FLOOR = 25.0
 """Excess that shares are taken of at least."""
