@@ -493,6 +493,23 @@ def test_an_effect_that_joins_others_must_be_more_than_their_models_errors() -> 
     assert not engine.accepted(cleaner, new, clear), "the others leave no more than noise"
 
 
+def test_an_effect_removes_most_of_what_a_verdict_would_allow() -> None:
+    engine = Engine(PLAIN, FORMS, 1, lambda _: None)
+    white = standing(form("delay"), 1.0)
+    n = white.residual.size
+    old, half, fifth = (
+        replace(white, residual=np.sqrt(1.0 + left) * white.residual) for left in (0.6, 0.3, 0.12)
+    )
+    both = (form("delay"), form("backlash"))
+    half, fifth = replace(half, forms=both), replace(fifth, forms=both)
+    little, much = (  # of the gap the old one leaves 4 percent, 12 percent
+        replace(standing(None, 1.0), residual=np.sqrt(gap) * np.ones(n)) for gap in (16.0, 6.0)
+    )
+    assert not engine.accepted(old, half, little)
+    assert engine.accepted(old, fifth, little)
+    assert engine.accepted(old, half, much)
+
+
 # -- thresholds of the verdict ------------------------------------------------------------------
 
 
