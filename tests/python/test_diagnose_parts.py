@@ -495,19 +495,21 @@ def test_an_effect_that_joins_others_must_be_more_than_their_models_errors() -> 
 
 def test_an_effect_removes_most_of_what_a_verdict_would_allow() -> None:
     engine = Engine(PLAIN, FORMS, 1, lambda _: None)
-    white = standing(form("delay"), 1.0)
-    n = white.residual.size
-    old, half, fifth = (
-        replace(white, residual=np.sqrt(1.0 + left) * white.residual) for left in (0.6, 0.3, 0.12)
-    )
-    both = (form("delay"), form("backlash"))
-    half, fifth = replace(half, forms=both), replace(fifth, forms=both)
-    little, much = (  # of the gap the old one leaves 4 percent, 12 percent
-        replace(standing(None, 1.0), residual=np.sqrt(gap) * np.ones(n)) for gap in (16.0, 6.0)
-    )
-    assert not engine.accepted(old, half, little)
-    assert engine.accepted(old, fifth, little)
-    assert engine.accepted(old, half, much)
+    sizes = [t.u_V.size for t in PLAIN.traces]
+    fast = np.repeat([t.name == "fast" for t in PLAIN.traces], sizes)
+
+    def leaving(one: float, other: float, *effects: str) -> Fit:
+        """So much more than noise in one record and in the others, as a share of it."""
+        white = standing(None, 1.0)
+        residual = np.sqrt(1.0 + np.where(fast, one, other)) * white.residual
+        return replace(white, forms=tuple(form(e) for e in effects), residual=residual)
+
+    old = leaving(0.6, 0.3, "delay")
+    part, most = (leaving(0.1, left, "delay", "backlash") for left in (0.3, 0.05))
+    little, much = leaving(5.0, 30.0), leaving(5.0, 5.0)  # the old one leaves 2.6 of it, 9 percent
+    assert not engine.accepted(old, part, little)
+    assert engine.accepted(old, most, little)
+    assert engine.accepted(old, part, much)
 
 
 # -- thresholds of the verdict ------------------------------------------------------------------
