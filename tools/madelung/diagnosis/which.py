@@ -92,6 +92,8 @@ HOPELESS_SHARE = 0.5
 NEARLY_SHARE = 0.3
 """Of the gap, above which no form of an effect would do that only refines another."""
 EXCHANGES_MAX = 3
+EXCHANGE_LEFT = 0.8
+"""An exchange that leaves more than this share of the excess is the last one of its effect."""
 EXCHANGE_FORMS = 3
 EXCHANGE_TRIES = 2
 EXCHANGE_SLACK = 0.3
@@ -296,7 +298,7 @@ class Engine:
                 if self._is_spotless(fit):
                     break
                 before, fit = fit, self._with_another_form(fit, effect, null, tried)
-                if fit is before:
+                if self._excess(fit) > EXCHANGE_LEFT * self._excess(before):
                     break
         return fit
 
