@@ -21,6 +21,7 @@ from madelung.path import SignalPath
 MEMORYLESS = ((1, 1), (1, 3), (3, 1))
 BRANCHES = ((1, 1), (2, 1), (3, 1), (1, 3), (2, 3))
 MINOR = ((1, 2), (2, 2), (3, 2), (1, 4))
+FINE = ((4, 2), (2, 4), (3, 4), (4, 4))
 """Terms (j, k) of s'^j m'^k in the shape block."""
 
 
@@ -104,6 +105,7 @@ def _non_masing(s: Scales) -> list[Form]:
     loop = (Param("loop_share", -2.0, 2.0), Param("loop_slope", -4.0, 4.0))
     return [
         _shape_form("non_masing", "minor loops", MINOR, s),
+        _shape_form("non_masing", "minor loops, finer", (*MINOR, *FINE), s, True),
         Form(
             "non_masing",
             "loops of another width, by their size",
