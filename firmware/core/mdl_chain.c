@@ -158,7 +158,7 @@ static mdl_status check_blocks(const mdl_chain_params *p)
 
 static mdl_status check(const mdl_chain_params *p)
 {
-    if (!mdl_is_finite(p->u_min_volts)) {
+    if (!mdl_is_finite(p->u_min_volts) || !mdl_is_finite(p->smooth)) {
         return MDL_ERR_NOT_FINITE;
     }
     if (p->substeps > SUBSTEPS_MAX || !(p->smooth >= MDL_C(0.0) && p->smooth <= MDL_C(1.0))) {
@@ -257,7 +257,7 @@ mdl_status mdl_chain_lead(mdl_chain *chain, mdl_real u_volts)
     return (mdl_status)status;
 }
 
-/* Where the drive was at a command before all records, above u_min. */
+/* Where the drive was at a command before it came to rest, above u_min. */
 static mdl_real rested(const mdl_chain *chain, mdl_real u)
 {
     const mdl_chain_params *p = chain->params;
@@ -456,13 +456,25 @@ static mdl_real measured(const mdl_chain *chain)
     return y;
 }
 
-/* The smaller one of two bends; of opposite ones, none. */
-static mdl_real lesser(mdl_real a, mdl_real b)
+/* Half the bend of the command in this sample: as in the one before, if that was less. */
+static mdl_real bend_on(mdl_real turn, mdl_real before)
 {
-    if (a * b <= MDL_C(0.0)) {
+    if ((turn < MDL_C(0.0)) != (before < MDL_C(0.0))) {
         return MDL_C(0.0);
     }
-    return mdl_size(a) < mdl_size(b) ? a : b;
+    return MDL_C(0.5) * (mdl_size(turn) < mdl_size(before) ? turn : before);
+}
+
+/* Between two samples, a command beyond the range as the farther one of them is, but not more. */
+static mdl_real within(const mdl_chain *chain, mdl_real u, mdl_real from, mdl_real to)
+{
+    mdl_real low = chain->params->u_min_volts;
+    mdl_real high = low + chain->params->major.range_volts;
+    low = from < low ? from : low;
+    low = to < low ? to : low;
+    high = from > high ? from : high;
+    high = to > high ? to : high;
+    return u < low ? low : (u > high ? high : u);
 }
 
 mdl_status mdl_chain_step(mdl_chain *chain, mdl_real u_volts, mdl_real *y_um)
@@ -484,12 +496,13 @@ mdl_status mdl_chain_step(mdl_chain *chain, mdl_real u_volts, mdl_real *y_um)
         mdl_real from = chain->at.u_volts;
         mdl_real rise = u_volts - from;
         mdl_real turn = rise - chain->at.rise_volts;
-        mdl_real bend = MDL_C(0.5) * p->smooth * lesser(turn, chain->at.bend_volts);
+        mdl_real bend = p->smooth * bend_on(turn, chain->at.bend_volts);
         mdl_real step = MDL_C(1.0) / (mdl_real)n;
         uint16_t i;
         for (i = 1; i < n; i++) {
             mdl_real f = step * (mdl_real)i;
-            status |= substep(chain, from + f * (rise - bend * (MDL_C(1.0) - f)));
+            mdl_real u = from + f * (rise - bend * (MDL_C(1.0) - f));
+            status |= substep(chain, within(chain, u, from, u_volts));
         }
         status |= substep(chain, u_volts);
         chain->at.u_volts = u_volts;

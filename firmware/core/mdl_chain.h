@@ -58,10 +58,12 @@ typedef struct {
     mdl_major major;
     uint16_t blocks;   /**< MDL_BLOCK_... that act; 0: the baseline */
     uint16_t substeps; /**< 1 to 64; 0 means 1 */
-    mdl_real smooth;   /**< the command between samples, 0 to 1: 0 linear, 1 a parabola that goes on
-                        * bending as in the samples before, at a kink linear; acts in substeps */
+    mdl_real smooth; /**< the command between samples, 0 to 1: 0 linear, 1 a parabola that bends as
+                      * in the samples before, straight where these bend another way or not at
+                      * all. It may turn between samples, within the range; acts in substeps */
     mdl_saturation_params saturation;
-    uint16_t rest_free;   /**< 1: what rests has seen u_min itself, before the saturation acted */
+    uint16_t rest_free; /**< 1: what rests has been at u_max and u_min themselves, as if nothing had
+                         * clipped; all that follows, a history too, is clipped */
     mdl_slew_params slew; /**< per substep */
     mdl_lag_params lag;
     mdl_envelope_params envelope;
@@ -145,7 +147,8 @@ uint32_t mdl_chain_saved_length(const mdl_chain *chain);
 /** Writes the whole state as reals. MDL_ERR_CAPACITY when capacity (in reals) is too small. */
 mdl_status mdl_chain_save(const mdl_chain *chain, mdl_real *saved, uint32_t capacity);
 
-/** Continues from a state that a chain with the same parameters has saved; else as before. */
+/** Continues from a state that a chain of the same build and parameters has saved; else as before.
+ */
 mdl_status mdl_chain_resume(mdl_chain *chain, const mdl_real *saved, uint32_t length);
 
 #endif

@@ -143,9 +143,12 @@ def test_all_effects_come_back_from_a_file(tmp_path: Path) -> None:
 def test_what_does_nothing_is_no_block() -> None:
     idle = PATH.but(knee_V=1.0, power=0.5, v_ref_V_per_s=3.0, substeps_min=4)
     idle = idle.but(knee_power=2.0, v_knee=0.1, slew_fall_V_per_s=500.0, spring_share=0.3)
-    idle = idle.but(velocity_tau_s=1e-3, of_speed=1.0)
+    idle = idle.but(velocity_tau_s=1e-3, of_speed=1.0, rest_free=1.0, smooth=1.0)
     idle = idle.but(rise_skew=0.5, fall_skew=-0.5, follow=1.0)
     assert path_to_blocks(idle) == ()
+    without_rate = PATH.but(corner_hz=50.0, smooth=1.0)
+    kept = path_of(augmented_model(without_rate, 140.0))
+    assert discretise(without_rate, STEP_S) == discretise(kept, STEP_S)
     assert discretise(PATH, STEP_S) == discretise(path_of(augmented_model(PATH, 140.0)), STEP_S)
 
 

@@ -57,6 +57,8 @@ static void use_everything(void)
     uint16_t i;
     use(c, 2, 0x1FFu | MDL_BLOCK_BOUC | MDL_BLOCK_ENVELOPE);
     params.substeps = 3;
+    params.smooth = MDL_C(0.75);
+    params.rest_free = 1;
     params.saturation.low_volts = MDL_C(-2.0);
     params.saturation.high_volts = MDL_C(5.0);
     params.saturation.knee_volts = MDL_C(0.25);
@@ -189,7 +191,8 @@ void test_init_refuses_what_no_block_can_run_with(void)
 {
     static mdl_chain_params good;
     mdl_chain before;
-    mdl_real *reals[] = {&params.saturation.low_volts,
+    mdl_real *reals[] = {&params.smooth,
+                         &params.saturation.low_volts,
                          &params.saturation.high_volts,
                          &params.saturation.knee_volts,
                          &params.saturation.knee_power,
@@ -236,7 +239,9 @@ void test_init_refuses_what_no_block_can_run_with(void)
     const struct {
         mdl_real *real;
         mdl_real value;
-    } bad[] = {{&params.saturation.low_volts, MDL_C(5.0)},
+    } bad[] = {{&params.smooth, MDL_C(-0.5)},
+               {&params.smooth, MDL_C(1.5)},
+               {&params.saturation.low_volts, MDL_C(5.0)},
                {&params.saturation.knee_volts, MDL_C(-0.5)},
                {&params.saturation.knee_power, MDL_C(-1.0)},
                {&params.saturation.knee_power, MDL_C(0.5)},
@@ -458,8 +463,28 @@ void test_between_samples_a_smooth_command_bends_on(void)
     STEP(-1.75, 1.25, MDL_OK);
     STEP(-1.0, 2.0, MDL_OK);
     STEP(1.0, 4.0, MDL_OK); /* linear: just within the limit */
-    params.smooth = MDL_C(1.5);
-    ASSERT_STATUS(MDL_ERR_PARAMETER, mdl_chain_init(&chain, &params, &left, &right));
+}
+
+void test_a_smooth_command_turns_between_samples_but_not_beyond_the_range(void)
+{
+    const double u[] = {-2.0, 1.0, 3.0, 4.0, 4.0, 3.0, 1.0, -2.0}; /* bends by 1 in every sample */
+    mdl_real y = MDL_C(0.0);
+    uint16_t i;
+    use_line(MDL_BLOCK_BACKLASH); /* which keeps the highest that it has seen */
+    params.dead_band_um = MDL_C(20.0);
+    params.substeps = 2;
+    params.smooth = MDL_C(1.0);
+    start();
+    for (i = 0; i < 8; i++) {
+        TEST_ASSERT_EQUAL(MDL_OK, mdl_chain_step(&chain, (mdl_real)u[i], &y));
+    }
+    ASSERT_REAL(7.125, y);            /* at 4 + 1/8 between both samples of 4 */
+    params.u_min_volts = MDL_C(-6.0); /* the range ends at 4 */
+    start();
+    for (i = 0; i < 8; i++) {
+        TEST_ASSERT_EQUAL(MDL_OK, mdl_chain_step(&chain, (mdl_real)u[i], &y));
+    }
+    ASSERT_REAL(11.0, y);
 }
 
 void test_what_rests_free_of_a_saturation_has_been_at_u_min(void)

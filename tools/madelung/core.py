@@ -109,7 +109,7 @@ class Chain:
     smooth: float = 0.0
     shape: tuple[tuple[float, ...], ...] | None = None
     loop: tuple[float, float] = (0.0, 0.0)
-    saturation: tuple[float, ...] | None = None
+    saturation: tuple[float, float, float, float, float] | None = None
     slew: tuple[float, float, float, float, float] | None = None
     lag: tuple[float, float] | None = None
     rate: tuple[float, ...] | None = None

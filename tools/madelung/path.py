@@ -84,7 +84,7 @@ class SignalPath:
     relax_s, relax_per_V_s
         Viscous operators (mdl_plays.h): tau, or k, of which only one may be set; 0: none.
     smooth
-        The command between samples, 0: linear, 1: a parabola (mdl_chain.h).
+        The command between samples, 0: linear, 1: a parabola (mdl_chain.h); with rate dependence.
     bouc_um, bouc_V, bouc_power, bouc_gamma
         A part by Bouc and Wen (mdl_bouc.h): size, reach, n, gamma.
     creep, modes
@@ -214,7 +214,7 @@ def discretise(path: SignalPath, step_s: float, substeps: int | None = None) -> 
     inner_s = step_s / n
     return Chain(
         substeps=n,
-        smooth=path.smooth,
+        smooth=_flushed(path.smooth) if path.has_rate else 0.0,
         shape=path.shape or (FLAT if any(_loop(path)) else None),
         loop=_loop(path),
         saturation=_saturation(path),
@@ -239,7 +239,7 @@ def _yang(path: SignalPath, yang: Yang, step_s: float) -> YangParams:
     return discretise_yang(yang, path.u_min_V, u_max_V, MARGIN_SHARE * path.range_V, step_s)
 
 
-def _saturation(path: SignalPath) -> tuple[float, ...] | None:
+def _saturation(path: SignalPath) -> tuple[float, float, float, float, float] | None:
     limited = path.high_V < UNLIMITED_V or path.low_V > -UNLIMITED_V
     if not limited:
         return None

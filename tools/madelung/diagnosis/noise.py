@@ -36,11 +36,12 @@ OVERLAP = 0.5
 """Differences of successive cycles overlap: as much is known as from this share of them."""
 WINDOWS = 100
 """Of a cycle, over which slopes are taken, ..."""
-WHOLE_SHARE = 0.7
-"""... where u moves by this share of what it usually does."""
-FIRST_RATIO = 2.0
-"""Mean square of the first ascent's differences over the later ones', above which they are left
-out."""
+WHOLE_SHARE = 0.5
+"""... where u moves by this share of what it does in the mean."""
+FIRST_ERRORS = 5.0
+"""Standard errors of its mean square by which the first ascent shows more, to be left out; ..."""
+FIRST_ROWS_MIN = 50
+"""... and its rows at least."""
 START_LEFT = 1e-6
 ROWS_MIN = 200
 """Differences from which a noise can be told."""
@@ -269,9 +270,9 @@ def estimate_noise(trace: Trace) -> Noise:
     """
     y = trace.y_um[trace.use]
     coarse = float(np.diff(np.unique(y)).min(initial=np.inf)) / np.sqrt(12)
-    d = _cycle_differences(trace)
-    if d is not None:
-        return _whittle(d / np.sqrt(2), trace.step_s, TREND_DEGREE + 2, coarse)
+    noise = _of_cycles(trace, coarse)
+    if noise is not None:
+        return noise
     d = _branch_residual(trace)
     if d is not None:
         return replace(_whittle(d, trace.step_s, BRANCH_DEGREE + 5, coarse), known=False)
@@ -305,11 +306,32 @@ def _without(columns: list[Array], values: Array, good: NDArray[np.bool_]) -> Ar
     return residual
 
 
-def _cycle_differences(trace: Trace) -> Array | None:
+def _of_cycles(trace: Trace, coarse_um: float) -> Noise | None:
+    """From the differences of successive cycles.
+
+    The first ascent is left out where it shows clearly more than all later branches: an engaged
+    dead band, or memory of what was before, does not come again.
+    """
+    skip = TREND_DEGREE + 2
+    whole, top = _cycle_differences(trace), _first_top(trace.u_V)
+    if whole is None:
+        return None
+    noise = _whittle(whole / np.sqrt(2), trace.step_s, skip, coarse_um)
+    later = _cycle_differences(trace, top)
+    rows = np.count_nonzero(whole[:top])
+    if later is None or rows < FIRST_ROWS_MIN:
+        return noise
+    calm = _whittle(later / np.sqrt(2), trace.step_s, skip, coarse_um)
+    used = np.count_nonzero(whole) / whole.size
+    first = used * float(whole[:top] @ whole[:top]) / (2 * rows)
+    error = np.sqrt(2 * calm.rows_per_independent(trace.step_s) / rows)
+    return calm if first > (1 + FIRST_ERRORS * error) * calm.rms_um**2 else noise
+
+
+def _cycle_differences(trace: Trace, top: int = 0) -> Array | None:
     """Differences of successive cycles, without trend, and without what u's mismatch explains.
 
-    The first ascent is left out where it shows more than all later branches: an engaged dead band,
-    or memory of what was before, does not come again.
+    From row ``top`` on; None where there are too few.
     """
     starts = _cycle_starts(trace.u_V)
     if starts.size < 2:
@@ -320,31 +342,25 @@ def _cycle_differences(trace: Trace) -> Array | None:
         return None
     good = trace.use[:n] & trace.use[shift:]
     du = trace.u_V[shift:] - trace.u_V[:n]
-    if good.sum() < ROWS_MIN:
+    if good[top:].sum() < ROWS_MIN:
         return None
     if np.sqrt(np.mean(du**2)) > 0.05 * np.ptp(trace.u_V):
         return None
     d = trace.y_um[shift:] - trace.y_um[:n]
     shifts = [du * slope for slope in _slopes(trace, max(shift // WINDOWS, 1))[:, :n]]
-    whole = _without([*_trend(n), *shifts], d, good)
-    top = int(np.argmax(trace.u_V[: starts[1]])) + 1
-    if good[:top].sum() < ROWS_MIN / 4 or good[top:].sum() < ROWS_MIN:
-        return whole
-    first, later = (float(np.mean(part**2)) for part in (whole[:top], whole[top:]))
-    if first < FIRST_RATIO * later:
-        return whole
     return _without([*_trend(n - top), *(s[top:] for s in shifts)], d[top:], good[top:])
 
 
 def _slopes(trace: Trace, window: int) -> Array:
     """dy/du over so many rows to either side; of the rising branches, of the falling ones, (2, n).
 
-    Each is zero in the other's rows. Next to a turn it is what it is a window away.
+    Each is zero in the other's rows. Where u hardly moves, as at a turn, it is between those of the
+    nearest rows of such branches where it does.
     """
     u, y = (np.pad(v, window, mode="edge") for v in (trace.u_V, trace.filled(trace.y_um)))
     du, dy = (v[2 * window :] - v[: -2 * window] for v in (u, y))
     rising = np.gradient(trace.u_V) > 0
-    whole = np.abs(du) > WHOLE_SHARE * np.median(np.abs(du))
+    whole = np.abs(du) > WHOLE_SHARE * np.mean(np.abs(du))
     rows = np.arange(rising.size)
     slopes = np.zeros((2, rising.size))
     for slope, side in zip(slopes, (rising, ~rising), strict=True):
@@ -352,6 +368,15 @@ def _slopes(trace: Trace, window: int) -> Array:
         if good.size:
             slope[side] = np.interp(rows[side], good, dy[good] / du[good])
     return slopes
+
+
+def _first_top(u: Array) -> int:
+    """Rows up to where u is highest before it falls through its middle for the first time."""
+    z = (u - u.min()) / np.ptp(u)
+    above = int(np.argmax(z > 0.75))
+    falls = np.flatnonzero(z[above:] < 0.5)
+    end = above + int(falls[0]) if falls.size else u.size
+    return int(np.argmax(z[:end])) + 1
 
 
 def _cycle_starts(u: Array) -> NDArray[np.int64]:

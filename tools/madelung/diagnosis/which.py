@@ -345,7 +345,8 @@ class Engine:
         kept = {k: v for k, v in fit.values.items() if k in form.keys}
         own = [others | start for start in form.starts(self.problem.scales)]
         whole = [s for s in own if all(k in s for k in form.keys)]
-        return whole + [start | kept for start in own if kept]
+        mixed = [start | kept for start in own if kept]
+        return whole + [s for s in mixed if all(k in s for k in form.keys)]
 
     # -- one level ----------------------------------------------------------------------------
 
@@ -587,9 +588,8 @@ class Engine:
         return bool(all_of_it and not self._is_clean(old))
 
     def _is_allowed(self, fit: Fit, null: Fit) -> bool:
-        """Whether it leaves no more of the gap than a verdict allows."""
-        left, whole = (float(self.problem.excess(f.residual).sum()) for f in (fit, null))
-        return left < REMAINDER_MAX * whole
+        """Whether it leaves so little of the gap that a verdict would allow it."""
+        return self._excess(fit) < REMAINDER_MAX * self._excess(null)
 
     def _gain_min(self, old: Fit) -> float:
         """Least fall of the cost that one effect more must bring, but for its parameters' price."""

@@ -73,7 +73,7 @@ class Form:
     size: str | None = None
     """The parameter that the displacement is about linear in; the records tell its start."""
     refines: bool = False
-    """Only tried where a simpler form of the effect has been fitted, from its values."""
+    """Only tried where another form of the effect that shares a parameter has been fitted."""
 
     @property
     def keys(self) -> tuple[str, ...]:
