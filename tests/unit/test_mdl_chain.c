@@ -191,8 +191,7 @@ void test_init_refuses_what_no_block_can_run_with(void)
 {
     static mdl_chain_params good;
     mdl_chain before;
-    mdl_real *reals[] = {&params.smooth,
-                         &params.saturation.low_volts,
+    mdl_real *reals[] = {&params.saturation.low_volts,
                          &params.saturation.high_volts,
                          &params.saturation.knee_volts,
                          &params.saturation.knee_power,
@@ -239,9 +238,7 @@ void test_init_refuses_what_no_block_can_run_with(void)
     const struct {
         mdl_real *real;
         mdl_real value;
-    } bad[] = {{&params.smooth, MDL_C(-0.5)},
-               {&params.smooth, MDL_C(1.5)},
-               {&params.saturation.low_volts, MDL_C(5.0)},
+    } bad[] = {{&params.saturation.low_volts, MDL_C(5.0)},
                {&params.saturation.knee_volts, MDL_C(-0.5)},
                {&params.saturation.knee_power, MDL_C(-1.0)},
                {&params.saturation.knee_power, MDL_C(0.5)},
@@ -478,13 +475,31 @@ void test_a_smooth_command_turns_between_samples_but_not_beyond_the_range(void)
     for (i = 0; i < 8; i++) {
         TEST_ASSERT_EQUAL(MDL_OK, mdl_chain_step(&chain, (mdl_real)u[i], &y));
     }
-    ASSERT_REAL(7.125, y);            /* at 4 + 1/8 between both samples of 4 */
+    ASSERT_REAL(-2.875, y); /* 10 below what it was at 4 + 1/8, between both samples of 4 */
     params.u_min_volts = MDL_C(-6.0); /* the range ends at 4 */
     start();
     for (i = 0; i < 8; i++) {
         TEST_ASSERT_EQUAL(MDL_OK, mdl_chain_step(&chain, (mdl_real)u[i], &y));
     }
-    ASSERT_REAL(11.0, y);
+    ASSERT_REAL(1.0, y);
+}
+
+void test_a_command_is_smooth_to_a_share(void)
+{
+    const struct {
+        mdl_real smooth;
+        mdl_status status;
+    } cases[] = {{MDL_C(0.0), MDL_OK},
+                 {MDL_C(1.0), MDL_OK},
+                 {MDL_C(-0.5), MDL_ERR_PARAMETER},
+                 {MDL_C(1.5), MDL_ERR_PARAMETER},
+                 {(mdl_real)NAN, MDL_ERR_NOT_FINITE}};
+    uint16_t i;
+    use_line(MDL_BLOCK_LAG);
+    for (i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        params.smooth = cases[i].smooth;
+        ASSERT_STATUS(cases[i].status, mdl_chain_init(&chain, &params, &left, &right));
+    }
 }
 
 void test_what_rests_free_of_a_saturation_has_been_at_u_min(void)
