@@ -476,12 +476,12 @@ void test_a_smooth_command_turns_between_samples_but_not_beyond_the_range(void)
         TEST_ASSERT_EQUAL(MDL_OK, mdl_chain_step(&chain, (mdl_real)u[i], &y));
     }
     ASSERT_REAL(-2.875, y); /* 10 below what it was at 4 + 1/8, between both samples of 4 */
-    params.u_min_volts = MDL_C(-6.0); /* the range ends at 4 */
+    params.u_min_volts = MDL_C(-4.0); /* the range ends at 4 */
     start();
     for (i = 0; i < 8; i++) {
         TEST_ASSERT_EQUAL(MDL_OK, mdl_chain_step(&chain, (mdl_real)u[i], &y));
     }
-    ASSERT_REAL(1.0, y);
+    ASSERT_REAL(-1.0, y);
 }
 
 void test_a_command_is_smooth_to_a_share(void)
