@@ -120,6 +120,20 @@ def test_the_way_through_a_dead_band_at_the_start_is_not_noise(seconds: float) -
         assert noise.rms_um == pytest.approx(NOISE_UM, rel=0.1)
 
 
+def test_a_loud_first_ascent_of_slow_noise_is_noise() -> None:
+    # Five or so independent rows in an ascent: now and then it is the loudest by far.
+    powers = [estimate_noise(slow_loop(0.995, seed).head(4500)).rms_um ** 2 for seed in range(20)]
+    assert np.mean(powers) == pytest.approx(NOISE_UM**2, rel=0.4)
+
+
+def test_gaps_on_one_branch_do_not_cost_the_first_ascent() -> None:
+    whole = slow_loop(0.0)
+    falls = np.gradient(whole.u_V) < 0
+    gappy = replace(whole, use=~falls | (RNG(1).random(falls.size) < 0.2))
+    assert estimate_noise(gappy).samples == estimate_noise(whole).samples
+    assert estimate_noise(gappy).rms_um == pytest.approx(NOISE_UM, rel=0.1)
+
+
 def test_the_noise_may_be_larger_where_little_was_seen_of_it() -> None:
     few, many = (estimate_noise(slow_loop(0.98).head(n)) for n in (4500, 12_000))
     freq = np.array([0.02, 0.3, 3.0, 80.0])
