@@ -502,7 +502,10 @@ mdl_status mdl_chain_step(mdl_chain *chain, mdl_real u_volts, mdl_real *y_um)
         for (i = 1; i < n; i++) {
             mdl_real f = step * (mdl_real)i;
             mdl_real u = from + f * (rise - bend * (MDL_C(1.0) - f));
-            status |= substep(chain, within(chain, u, from, u_volts));
+            if (bend != MDL_C(0.0)) { /* a straight way does not leave the range */
+                u = within(chain, u, from, u_volts);
+            }
+            status |= substep(chain, u);
         }
         status |= substep(chain, u_volts);
         chain->at.u_volts = u_volts;
