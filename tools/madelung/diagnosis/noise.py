@@ -312,26 +312,31 @@ def _of_cycles(trace: Trace, coarse_um: float) -> Noise | None:
     The first ascent is left out where it shows clearly more than all later branches: an engaged
     dead band, or memory of what was before, does not come again.
     """
-    skip = TREND_DEGREE + 2
-    whole, top = _cycle_differences(trace), _first_top(trace.u_V)
-    if whole is None:
+    differences = _cycle_differences(trace)
+    if differences is None:
         return None
-    noise = _whittle(whole / np.sqrt(2), trace.step_s, skip, coarse_um)
-    later = _cycle_differences(trace, top)
+
+    def fitted(d: Array) -> Noise:
+        return _whittle(d / np.sqrt(2), trace.step_s, TREND_DEGREE + 2, coarse_um)
+
+    d, shifts, good = differences
+    top = _first_top(trace.u_V)
+    whole = _without([*_trend(d.size), *shifts], d, good)
     rows = np.count_nonzero(whole[:top])
-    if later is None or rows < FIRST_ROWS_MIN:
-        return noise
-    calm = _whittle(later / np.sqrt(2), trace.step_s, skip, coarse_um)
+    if good[top:].sum() < ROWS_MIN or rows < FIRST_ROWS_MIN:
+        return fitted(whole)
+    later = [*_trend(d.size - top), *(s[top:] for s in shifts)]
+    calm = fitted(_without(later, d[top:], good[top:]))
     used = np.count_nonzero(whole) / whole.size
     first = used * float(whole[:top] @ whole[:top]) / (2 * rows)
     error = np.sqrt(2 * calm.rows_per_independent(trace.step_s) / rows)
-    return calm if first > (1 + FIRST_ERRORS * error) * calm.rms_um**2 else noise
+    return calm if first > (1 + FIRST_ERRORS * error) * calm.rms_um**2 else fitted(whole)
 
 
-def _cycle_differences(trace: Trace, top: int = 0) -> Array | None:
-    """Differences of successive cycles, without trend, and without what u's mismatch explains.
+def _cycle_differences(trace: Trace) -> tuple[Array, list[Array], NDArray[np.bool_]] | None:
+    """Of successive cycles: their differences, what u's mismatch may add, and the rows used, (n,).
 
-    From row ``top`` on; None where there are too few.
+    None where there are too few.
     """
     starts = _cycle_starts(trace.u_V)
     if starts.size < 2:
@@ -342,13 +347,13 @@ def _cycle_differences(trace: Trace, top: int = 0) -> Array | None:
         return None
     good = trace.use[:n] & trace.use[shift:]
     du = trace.u_V[shift:] - trace.u_V[:n]
-    if good[top:].sum() < ROWS_MIN:
+    if good.sum() < ROWS_MIN:
         return None
     if np.sqrt(np.mean(du**2)) > 0.05 * np.ptp(trace.u_V):
         return None
     d = trace.y_um[shift:] - trace.y_um[:n]
     shifts = [du * slope for slope in _slopes(trace, max(shift // WINDOWS, 1))[:, :n]]
-    return _without([*_trend(n - top), *(s[top:] for s in shifts)], d[top:], good[top:])
+    return d, shifts, good
 
 
 def _slopes(trace: Trace, window: int) -> Array:

@@ -344,9 +344,8 @@ class Engine:
         others = {k: v for k, v in fit.values.items() if k not in form.keys}
         kept = {k: v for k, v in fit.values.items() if k in form.keys}
         own = [others | start for start in form.starts(self.problem.scales)]
-        whole = [s for s in own if all(k in s for k in form.keys)]
         mixed = [start | kept for start in own if kept]
-        return whole + [s for s in mixed if all(k in s for k in form.keys)]
+        return [s for s in (*own, *mixed) if all(k in s for k in form.keys)]
 
     # -- one level ----------------------------------------------------------------------------
 
