@@ -148,6 +148,7 @@ static mdl_status check_blocks(const mdl_chain_params *p)
     CHECK(MDL_BLOCK_BOUC, check_bouc(&p->bouc))
     CHECK(MDL_BLOCK_YANG, check_yang(p))
     CHECK(MDL_BLOCK_CREEP, check_creep(p))
+    CHECK(MDL_BLOCK_BEHIND, check_lag(&p->behind))
     CHECK(MDL_BLOCK_MODES, check_modes(p))
     CHECK(MDL_BLOCK_BACKLASH, check_backlash(p))
     CHECK(MDL_BLOCK_DELAY, judge(p->delay.weight, COUNT(p->delay.weight), 1))
@@ -326,6 +327,8 @@ static mdl_status start(mdl_chain *chain, mdl_real u)
     }
     y = acts(chain, MDL_BLOCK_CREEP) ? creep(chain, y) : y;
     chain->at.crept_um = y;
+    mdl_lag_reset(&chain->at.behind);
+    chain->at.settled_um = y;
     for (i = 0; i < MDL_MODES_MAX; i++) {
         mdl_mode_reset(&chain->at.mode[i]);
     }
@@ -417,12 +420,20 @@ static mdl_status hysteresis(mdl_chain *chain, mdl_real v, mdl_real *y)
     return status;
 }
 
-/* Mechanics box: flexure modes, then backlash. The delay, which commutes, comes last. */
+/*
+ * Mechanics box: the pole behind the hysteresis, flexure modes, backlash. The delay, which
+ * commutes, comes last.
+ */
 static void mechanics(mdl_chain *chain, mdl_real y)
 {
     const mdl_chain_params *p = chain->params;
     mdl_real rise = y - chain->at.crept_um;
     chain->at.crept_um = y;
+    if (acts(chain, MDL_BLOCK_BEHIND)) {
+        y += mdl_lag_step(&chain->at.behind, &p->behind, rise);
+        rise = y - chain->at.settled_um;
+        chain->at.settled_um = y;
+    }
     if (acts(chain, MDL_BLOCK_MODES)) {
         uint16_t i;
         for (i = 0; i < p->mode_count; i++) {

@@ -4,8 +4,8 @@
  *        call.
  *
  * u -> saturation -> slew limit -> amplifier lag -> envelopes -> trajectory (+ asymmetry,
- * non-Masing, Bouc-Wen, rate dependence) -> creep -> flexure modes -> backlash -> delay -> gain,
- * offset -> y
+ * non-Masing, Bouc-Wen, rate dependence) -> creep -> pole behind -> flexure modes -> backlash ->
+ * delay -> gain, offset -> y
  *
  * In the trajectory's place the model of Yang et al. may stand, which has its own rate dependence.
  *
@@ -44,6 +44,7 @@
 #define MDL_BLOCK_BOUC 1024u     /**< beside the trajectory */
 #define MDL_BLOCK_ENVELOPE 2048u /**< in front of the trajectory */
 #define MDL_BLOCK_YANG 512u      /**< in the trajectory's and the rate dependence's place */
+#define MDL_BLOCK_BEHIND 4096u   /**< a pole behind the hysteresis */
 
 /** One mode of the creep ladder: gain * 1 / (1 + tau s). */
 typedef struct {
@@ -71,6 +72,7 @@ typedef struct {
     mdl_bouc_params bouc;
     uint16_t creep_count;
     mdl_creep_mode creep[MDL_CREEP_MODES_MAX];
+    mdl_lag_params behind; /**< of an overdamped stage, or a sensor's filter */
     uint16_t mode_count;
     mdl_mode_params mode[MDL_MODES_MAX];
     mdl_real dead_band_um;  /**< full width */
@@ -100,6 +102,8 @@ typedef struct {
     mdl_real hysteresis_um;
     mdl_lag creep[MDL_CREEP_MODES_MAX];
     mdl_real crept_um;
+    mdl_lag behind;
+    mdl_real settled_um; /**< behind that pole */
     mdl_mode mode[MDL_MODES_MAX];
     mdl_real target_um;  /**< where the gap's play leaves the target, without the spring */
     mdl_real delayed_um; /**< behind the delay */

@@ -56,6 +56,7 @@ BLOCKS = {
     "unequal slew limit": PATH.but(slew_V_per_s=5000.0, slew_fall_V_per_s=3000.0),
     "slew limit with a knee": PATH.but(slew_V_per_s=5000.0, slew_knee_V=2.0),
     "lag": PATH.but(corner_hz=50.0),
+    "a pole behind": PATH.but(behind_hz=50.0),
     "shape": PATH.but(shape=SHAPE),
     "damping": PATH.but(damping_um=-0.1, **RATE),
     "widening": PATH.but(widening=0.2, **RATE),
@@ -325,6 +326,16 @@ def test_lag_is_one_pole() -> None:
     tau = 1 / (2 * np.pi * 50.0)
     expected = lsim(([1.0], [tau, 1.0]), u, t)[1]
     np.testing.assert_allclose(run(LINE.but(corner_hz=50.0), u), expected, rtol=0, atol=1e-9)
+
+
+def test_a_pole_behind_filters_what_the_hysteresis_gives() -> None:
+    t, u = command()
+    tau = 1 / (2 * np.pi * 50.0)
+    fine = np.interp(np.arange(2 * u.size - 1) / 2, np.arange(u.size), u)  # of two substeps
+    y = run(PATH, fine)
+    expected = y[0] + lsim(([1.0], [tau, 1.0]), y - y[0], np.arange(y.size) * t[1] / 2)[1]
+    found = run(PATH.but(behind_hz=50.0), u)
+    np.testing.assert_allclose(found, expected[::2], rtol=0, atol=1e-9)
 
 
 def test_creep_is_a_ladder_of_poles() -> None:

@@ -14,7 +14,7 @@ from params import MODEL, OTHERS, PATH, RATE_HZ
 from madelung.core import Chain, Predictor
 from madelung.path import discretise
 
-NAMES = "saturation slew lag rate creep modes backlash delay gain yang bouc envelope".split()
+NAMES = "saturation slew lag rate creep modes backlash delay gain yang bouc envelope behind".split()
 """Fields of `Chain` in the order of the bits MDL_BLOCK_..."""
 SHAPE = 0x8000
 OFF: dict[str, Any] = {name: getattr(Chain(), name) for name in [*NAMES, "shape"]}

@@ -55,7 +55,7 @@ static void use_everything(void)
                                   {MDL_C(-0.5), MDL_C(0.25)},
                                   MDL_C(1.0)};
     uint16_t i;
-    use(c, 2, 0x1FFu | MDL_BLOCK_BOUC | MDL_BLOCK_ENVELOPE);
+    use(c, 2, 0x1FFu | MDL_BLOCK_BOUC | MDL_BLOCK_ENVELOPE | MDL_BLOCK_BEHIND);
     params.substeps = 3;
     params.smooth = MDL_C(0.75);
     params.rest_free = 1;
@@ -65,6 +65,7 @@ static void use_everything(void)
     params.slew.rise_volts = MDL_C(0.75);
     params.slew.fall_volts = MDL_C(0.5);
     params.lag = slow;
+    params.behind = slow;
     params.rate.filter = slow;
     params.rate.v_scale = MDL_C(-1.0);
     params.rate.power = MDL_C(0.5);
@@ -202,6 +203,8 @@ void test_init_refuses_what_no_block_can_run_with(void)
                          &params.slew.early,
                          &params.lag.decay,
                          &params.lag.ramp,
+                         &params.behind.decay,
+                         &params.behind.ramp,
                          &params.rate.filter.decay,
                          &params.rate.v_scale,
                          &params.rate.power,
@@ -270,6 +273,8 @@ void test_init_refuses_what_no_block_can_run_with(void)
                {&params.lag.decay, MDL_C(1.5)},
                {&params.lag.ramp, MDL_C(-0.5)},
                {&params.lag.ramp, MDL_C(1.5)},
+               {&params.behind.decay, MDL_C(1.5)},
+               {&params.behind.ramp, MDL_C(-0.5)},
                {&params.rate.filter.ramp, MDL_C(1.5)},
                {&params.rate.power, MDL_C(0.0)},
                {&params.rate.power, MDL_C(4.5)},
@@ -623,6 +628,19 @@ void test_amplifier_lag(void)
     STEP(4.0, 5.0, MDL_OK);   /* e = -2 */
     STEP(4.0, 6.5, MDL_OK);   /* e = -1/2 */
     STEP(4.0, 6.875, MDL_OK); /* e = -1/8 */
+}
+
+void test_a_pole_behind_the_hysteresis_does_not_hold_its_turns_back(void)
+{
+    use(square, 2, MDL_BLOCK_BEHIND);
+    params.behind.decay = MDL_C(0.75);
+    params.behind.ramp = MDL_C(0.5);
+    start();
+    STEP(-2.0, 0.0, MDL_OK);
+    STEP(0.0, 2.0, MDL_OK);    /* 4; e = -2 */
+    STEP(0.0, 3.5, MDL_OK);    /* e = -1/2 */
+    STEP(-2.0, 1.875, MDL_OK); /* back at 0 without it: it has turned at 4; e = -1/8 + 2 */
+    STEP(-2.0, 0.46875, MDL_OK);
 }
 
 void test_the_lag_follows_what_the_slew_limit_lets_through(void)
@@ -1128,6 +1146,22 @@ void test_creep_follows_with_its_share(void)
     STEP(-2.0, 2.5, MDL_OK); /* 1 + 3/8 * 4: the fall of 4 has yet to be followed */
     STEP(-2.0, 2.0, MDL_OK); /* half of the first mode has */
     STEP(-2.0, 1.75, MDL_OK);
+}
+
+void test_flexure_modes_are_moved_by_what_a_pole_before_them_lets_through(void)
+{
+    const mdl_mode_params mode = {{{MDL_C(-0.5), MDL_C(0.0)}, {MDL_C(0.0), MDL_C(0.0)}},
+                                  {MDL_C(-1.0), MDL_C(0.0)},
+                                  MDL_C(1.0)};
+    use_line(MDL_BLOCK_BEHIND | MDL_BLOCK_MODES);
+    params.behind.decay = MDL_C(0.75);
+    params.behind.ramp = MDL_C(0.5);
+    params.mode_count = 1;
+    params.mode[0] = mode;
+    start();
+    STEP(0.0, 3.0, MDL_OK);
+    STEP(4.0, 3.0, MDL_OK); /* 5 - 2 */
+    STEP(4.0, 4.0, MDL_OK); /* 6.5 - 2 / 2 - 1.5 */
 }
 
 void test_flexure_modes_are_added(void)

@@ -61,7 +61,10 @@ _FLAT = {
         "slew_fall_V_per_s": _Range(0.0, 1e12, 0.0),
         "slew_knee_V": _Range(0.0, 1e6, 0.0),
     },
-    "amplifier_lag": {"corner_hz": _Range(*_POSITIVE)},
+    "amplifier_lag": {
+        "corner_hz": _Range(0.0, 1e12, 0.0),
+        "behind_hz": _Range(0.0, 1e12, 0.0),
+    },
     "asymmetry": _terms((1, 3))
     | {
         "rise_V": _Range(0.0, 1e6, 0.0),

@@ -81,8 +81,8 @@ class Chain:
         high, low and knee, V, the knee's power, rest_free (0 or 1).
     slew
         rise, fall and knee, V, decay and early, see mdl_drive.h.
-    lag
-        decay and ramp.
+    lag, behind
+        decay and ramp of the poles before and behind the hysteresis.
     rate
         decay and ramp of the velocity, v_scale, power, v_knee, at_knee, damping_um, widening,
         threshold_volts, swelling, lean, of_speed (0 or 1), decay, early and pull of viscous
@@ -112,6 +112,7 @@ class Chain:
     saturation: tuple[float, float, float, float, float] | None = None
     slew: tuple[float, float, float, float, float] | None = None
     lag: tuple[float, float] | None = None
+    behind: tuple[float, float] | None = None
     rate: tuple[float, ...] | None = None
     envelope: tuple[float, ...] | None = None
     bouc: tuple[float, float, float, float] | None = None
@@ -163,6 +164,8 @@ class Core:
             lib.batch_set_slew(batch, *chain.slew)
         if chain.lag is not None:
             lib.batch_set_lag(batch, *chain.lag)
+        if chain.behind is not None:
+            lib.batch_set_behind(batch, *chain.behind)
         if chain.rate is not None:
             reals, of_speed, relax = chain.rate[:11], int(chain.rate[11]), chain.rate[12:]
             lib.batch_set_rate(batch, *reals, of_speed, *relax)

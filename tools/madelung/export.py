@@ -260,6 +260,7 @@ def _blocks(chain: Chain) -> dict[str, Tree]:
     for bit, member, names, values in (
         ("SLEW", "slew", _SLEW, chain.slew),
         ("LAG", "lag", _LAG, chain.lag),
+        ("BEHIND", "behind", _LAG, chain.behind),
         ("ENVELOPE", "envelope", _ENVELOPE, chain.envelope),
         ("BOUC", "bouc", _BOUC, chain.bouc),
     ):

@@ -73,8 +73,8 @@ class SignalPath:
     slew_V_per_s, slew_fall_V_per_s, slew_knee_V
         Slew limit, 0: none; for falling commands, 0: the same; the lag at which the rate
         saturates, 0: hard, else both ways are equal.
-    corner_hz
-        Amplifier lag, 0: none.
+    corner_hz, behind_hz
+        Amplifier lag, 0: none; a pole behind the hysteresis, 0: none.
     damping_um, widening, threshold_V, swelling, lean, power, v_ref_V_per_s, v_knee,
     velocity_tau_s
         Rate dependence (mdl_rate.h); the knee is in units of the reference, the last filters the
@@ -119,6 +119,7 @@ class SignalPath:
     slew_fall_V_per_s: float = 0.0
     slew_knee_V: float = 0.0
     corner_hz: float = 0.0
+    behind_hz: float = 0.0
     damping_um: float = 0.0
     widening: float = 0.0
     threshold_V: float = 0.0
@@ -153,15 +154,16 @@ class SignalPath:
     def substeps(self, step_s: float) -> int:
         """Steps per sample: slew limit and rate dependence need more than one.
 
-        So do flexure modes, which feel that a branch of the hysteresis is curved between samples,
+        So do flexure modes and a pole behind the hysteresis, which feel that a branch of the hysteresis is curved between samples,
         and the more so the fewer samples a period has.
         """
         least, most = MODE_SUBSTEPS
-        wanted = (int(np.ceil(m.fn_hz * step_s / MODE_STEP_SHARE)) for m in self.modes)
+        behind = [*(m.fn_hz for m in self.modes), *([self.behind_hz] if self.behind_hz else [])]
+        wanted = int(np.ceil(max(behind, default=0.0) * step_s / MODE_STEP_SHARE))
         needed = (
             (SLEW_SUBSTEPS, self.slew_V_per_s > 0),
             (RATE_SUBSTEPS, self.has_rate),
-            (min(max([least, *wanted]), most), bool(self.modes)),
+            (min(max(least, wanted), most), bool(behind)),
         )
         return max(1, int(self.substeps_min), *(n for n, on in needed if on))
 
@@ -219,7 +221,8 @@ def discretise(path: SignalPath, step_s: float, substeps: int | None = None) -> 
         loop=_loop(path),
         saturation=_saturation(path),
         slew=_slew(path, inner_s) if path.slew_V_per_s else None,
-        lag=_lag(1 / (2 * np.pi * path.corner_hz), inner_s) if path.corner_hz else None,
+        lag=_pole(path.corner_hz, inner_s),
+        behind=_pole(path.behind_hz, inner_s),
         rate=_rate(path, inner_s) if path.has_rate else None,
         envelope=_envelope(path) if path.rise_V > 0 or path.fall_V > 0 else None,
         bouc=(path.bouc_um, 1 / path.bouc_V, path.bouc_power, path.bouc_gamma)
@@ -244,6 +247,10 @@ def _saturation(path: SignalPath) -> tuple[float, float, float, float, float] | 
     if not limited:
         return None
     return path.high_V, path.low_V, path.knee_V, path.knee_power, path.rest_free
+
+
+def _pole(corner_hz: float, step_s: float) -> tuple[float, float] | None:
+    return _lag(1 / (2 * np.pi * corner_hz), step_s) if corner_hz else None
 
 
 def _lag(tau_s: float, step_s: float) -> tuple[float, float]:
@@ -318,7 +325,7 @@ _FIELDS = {
     "delay": ("delay_s", "substeps_min"),
     "saturation": ("high_V", "low_V", "knee_V", "knee_power", "rest_free"),
     "slew_limit": ("slew_V_per_s", "slew_fall_V_per_s", "slew_knee_V"),
-    "amplifier_lag": ("corner_hz",),
+    "amplifier_lag": ("corner_hz", "behind_hz"),
     "rate_dependence": (
         "damping_um",
         "widening",

@@ -122,6 +122,12 @@ void batch_set_lag(batch *b, mdl_real decay, mdl_real ramp)
     switch_on(b, MDL_BLOCK_LAG);
 }
 
+void batch_set_behind(batch *b, mdl_real decay, mdl_real ramp)
+{
+    b->params.behind = (mdl_lag_params){decay, ramp};
+    switch_on(b, MDL_BLOCK_BEHIND);
+}
+
 void batch_set_rate(batch *b, mdl_real decay, mdl_real ramp, mdl_real v_scale, mdl_real power,
                     mdl_real v_knee, mdl_real at_knee, mdl_real damping_um, mdl_real widening,
                     mdl_real threshold_volts, mdl_real swelling, mdl_real lean, uint16_t of_speed,

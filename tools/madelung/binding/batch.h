@@ -42,6 +42,7 @@ void batch_set_saturation(batch *b, mdl_real high_volts, mdl_real low_volts, mdl
 void batch_set_slew(batch *b, mdl_real rise_volts, mdl_real fall_volts, mdl_real knee_volts,
                     mdl_real decay, mdl_real early);
 void batch_set_lag(batch *b, mdl_real decay, mdl_real ramp);
+void batch_set_behind(batch *b, mdl_real decay, mdl_real ramp);
 void batch_set_rate(batch *b, mdl_real decay, mdl_real ramp, mdl_real v_scale, mdl_real power,
                     mdl_real v_knee, mdl_real at_knee, mdl_real damping_um, mdl_real widening,
                     mdl_real threshold_volts, mdl_real swelling, mdl_real lean, uint16_t of_speed,

@@ -1,4 +1,7 @@
-"""Input box: delay, saturation, slew limit, and the amplifier's lag of the command."""
+"""Input box: delay, saturation, slew limit, and the amplifier's lag of the command.
+
+A pole behind the hysteresis (an overdamped stage, a sensor's filter) is called by the lag's name.
+"""
 
 from __future__ import annotations
 
@@ -140,6 +143,13 @@ def _lags(s: Scales) -> list[Form]:
             (corner,),
             lambda _: [{"corner_hz": f} for f in corners],
             path=same_names((corner,)),
+        ),
+        Form(
+            "amplifier_lag",
+            "one pole behind the hysteresis",
+            (corner,),
+            lambda _: [{"corner_hz": f} for f in corners],
+            path=lambda path, v: path.but(behind_hz=v["corner_hz"]),
         ),
         Form(
             "amplifier_lag",
