@@ -579,6 +579,42 @@ def test_an_effect_must_be_proven_against_f0_alone_after_others_were_dropped() -
     assert not left.effects or engine.accepted(null, left, null)
 
 
+class Climber(Engine):
+    """Goes up, and drops what has become superfluous, as it is told; notes where it set out."""
+
+    def __init__(self, ups: list[Fit], downs: list[Fit]) -> None:
+        super().__init__(PLAIN, FORMS, 1, lambda _: None)
+        self.ups, self.downs = iter(ups), iter(downs)
+        self.bases: list[frozenset[str]] = []
+
+    def _ascended(self, null: Fit, best: Fit) -> Fit:
+        self.bases.append(best.effects)
+        return next(self.ups)
+
+    def _pruned(self, fit: Fit, null: Fit) -> Fit:
+        return next(self.downs)
+
+
+def test_the_search_goes_on_from_what_is_left_of_effects_that_became_superfluous() -> None:
+    def leaving(size: float, *effects: str) -> Fit:
+        return replace(standing(None, size), forms=tuple(form(e) for e in effects))
+
+    null, one = leaving(9.0), leaving(3.0, "resonance")
+    detour, other, both = (leaving(2.0, "resonance", e) for e in ("drift", "creep", "saturation"))
+
+    def climbed(ups: list[Fit], downs: list[Fit]) -> tuple[list[frozenset[str]], Fit]:
+        climber = Climber(ups, downs)
+        return climber.bases, climber.search(null).best
+
+    bases, best = climbed([detour, both], [one, both])
+    assert (bases, best) == ([null.effects, one.effects], both)
+    bases, best = climbed([detour, other], [one, one])
+    assert (bases, best) == ([null.effects, one.effects], one), "not in a circle"
+    clean = leaving(1.0, "resonance")
+    assert climbed([detour], [clean]) == ([null.effects], clean), "enough"
+    assert climbed([detour], [null]) == ([null.effects], null), "nothing is left"
+
+
 def test_a_known_effect_asks_no_more_of_the_first_that_joins_it() -> None:
     given = form("delay")
     fixed = replace(given, params=tuple(replace(p, low=1e-4, high=1e-4) for p in given.params))

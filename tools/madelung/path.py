@@ -154,8 +154,8 @@ class SignalPath:
     def substeps(self, step_s: float) -> int:
         """Steps per sample: slew limit and rate dependence need more than one.
 
-        So do flexure modes and a pole behind the hysteresis, which feel that a branch of the hysteresis is curved between samples,
-        and the more so the fewer samples a period has.
+        So do flexure modes and a pole behind the hysteresis, which feel that a branch is curved
+        between samples, and the more so the fewer samples a period has.
         """
         least, most = MODE_SUBSTEPS
         behind = [*(m.fn_hz for m in self.modes), *([self.behind_hz] if self.behind_hz else [])]

@@ -236,6 +236,17 @@ class Engine:
         return self._slim(self.problem.fit(fit.forms, fit.values, fit.beta, iterations))
 
     def _climb(self, null: Fit, best: Fit) -> Search:
+        """Up, and without what has become superfluous; on from there when that leaves too much."""
+        came_by = {null.effects}
+        while True:
+            top = self._ascended(null, best)
+            best = self._pruned(top, null)
+            if best.effects in came_by | {top.effects} or self.is_enough(best, null):
+                return Search(null, best, self.fits)
+            came_by.add(best.effects)
+
+    def _ascended(self, null: Fit, best: Fit) -> Fit:
+        """With one effect more at a time, as long as each is accepted."""
         beam = [best]
         for size in range(len(best.forms) - len(null.forms) + 1, SIZE_MAX + 1):
             if size > PAIR and self.is_enough(best, null):
@@ -257,7 +268,7 @@ class Engine:
             elif not alone:
                 break
             beam = self._front(ranked)[: BEAM if size == 1 else 1]
-        return Search(null, self._pruned(best, null), self.fits)
+        return best
 
     def score(self, fit: Fit) -> float:
         """Cost with a price for each parameter."""
