@@ -27,7 +27,7 @@ from madelung.diagnosis.noise import Noise, estimate_noise, proven_fall
 from madelung.diagnosis.regions import Region
 from madelung.diagnosis.verdict import Verdict, judge
 from madelung.diagnosis.which import Engine, Outsider, Search
-from madelung.path import Mode, Runner, SignalPath
+from madelung.path import CreepMode, Mode, Runner, SignalPath
 from madelung.records import make_record
 
 Floats = NDArray[np.float64]
@@ -754,6 +754,20 @@ def made(path: SignalPath, more: Callable[[Trace], Floats]) -> Problem:
     rate = max(float(np.abs(np.diff(t.u_V)).max()) / t.step_s for t in given)
     scales = replace(SCALES, rate_max_V_per_s=rate, step_min_s=0.005, length_max_s=15.0)
     return Problem(given, Noise(0.003, 0.0, 1.0, 1000, known=True), scales, 3)
+
+
+@pytest.mark.parametrize(("taus_s", "better"), [((0.32, 3.2), True), ((0.1, 1.0, 10.0), False)])
+def test_a_ladder_of_finer_steps_is_taken_where_it_scores_better(
+    taus_s: tuple[float, ...], better: bool
+) -> None:
+    crept = PATH.but(creep=tuple(CreepMode(tau, 0.02) for tau in taus_s))
+    posed = made(crept, lambda t: np.zeros(t.u_V.size))
+    engine = Engine(posed, forms(posed.scales), 1, lambda _: None)
+    coarse = next(f for f in engine.forms if f.name == "ladder, a mode a decade")
+    fit = posed.fit((coarse,), coarse.null(), BETA)
+    found = engine.finest(Search(posed.fit((), {}, BETA), fit, {})).best
+    assert (found.forms[0].name == "ladder, two modes a decade") == better
+    assert (found.cost < fit.cost - 100.0) == better
 
 
 def search(posed: Problem) -> tuple[Engine, Search]:

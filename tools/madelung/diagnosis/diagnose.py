@@ -269,6 +269,7 @@ def _search(
         if more.rows > engine.problem.rows:
             start = more.fit(base, values, search.null.beta)
             engine, search = _on_more(more, engine, search, start, more.rows <= longer.rows)
+    search = engine.finest(search)
     progress("comparing with what is outside the vocabulary")
     # What the user rules out gets no name, but no other is named for it either.
     ruled_out = [f for f in every if f.effect in case.exclude and not f.refines]

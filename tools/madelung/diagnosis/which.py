@@ -216,6 +216,17 @@ class Engine:
             return self._climb(null, self._refined(best, null))
         return Search(null, self._pruned(best, null), self.fits)
 
+    def finest(self, found: Search) -> Search:
+        """With the same laws in finer steps, where that scores better: they tell sizes better."""
+        best = found.best
+        for old in best.forms:
+            for form in self.forms:
+                if form.same_law and form.effect == old.effect and form is not old:
+                    own = tuple(form if f is old else f for f in best.forms)
+                    finer = self.again(replace(best, forms=own, values=form.null() | best.values))
+                    best = min(best, finer, key=self.score)
+        return replace(found, best=self._keep(best))
+
     def _rivals(self, found: Search, price: Callable[[Fit], float]) -> tuple[list[Fit], list[Fit]]:
         """What more rows may not rule out of a smaller problem's fits; one of each other effect."""
         ranked = sorted(found.fits.values(), key=price)

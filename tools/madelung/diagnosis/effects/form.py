@@ -74,6 +74,8 @@ class Form:
     """The parameter that the displacement is about linear in; the records tell its start."""
     refines: bool = False
     """Only tried where another form of the effect that shares a parameter has been fitted."""
+    same_law: bool = False
+    """It refines another form's steps, not its law: it may tell a size better."""
 
     @property
     def keys(self) -> tuple[str, ...]:

@@ -41,6 +41,7 @@ def _creep_form(name: str, taus: tuple[float, ...], s: Scales) -> Form:
         linear=True,
         priors=smooth,
         refines=taus is CREEP_TAU_S,
+        same_law=taus is CREEP_TAU_S,
     )
 
 
