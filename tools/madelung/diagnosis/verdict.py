@@ -24,6 +24,7 @@ from madelung.diagnosis.which import (
     Engine,
     Outsider,
     Search,
+    unlikeliness,
 )
 
 Array = NDArray[np.float64]
@@ -123,7 +124,7 @@ def _rivals(engine: Engine, search: Search) -> list[Fit]:
     floor = problem.rows + _allowed(problem.traces, problem)
     found = []
     for fit in engine.alternatives(search):
-        close = engine.gain(fit, best) < RIVAL_GAIN
+        close = engine.gain(fit, best) + unlikeliness(fit) - unlikeliness(best) < RIVAL_GAIN
         alike = best.cost > floor and fit.cost - floor < RIVAL_EXCESS * (best.cost - floor)
         if close or alike:
             found.append(fit)
@@ -150,6 +151,7 @@ def _posterior(engine: Engine, search: Search) -> dict[frozenset[str], float]:
         gain = engine.gain(best, fit) if better else -engine.gain(fit, best)
         extra = len(fit.params) - len(best.params)
         price = GAIN_MIN * (len(fit.forms) - len(best.forms)) + GAIN_PER_PARAM * extra
+        price += unlikeliness(fit) - unlikeliness(best)
         logs[key] = (gain - price) / 2
     larger = {key for key in logs if len(key) > len(best.effects)}
     top = max(v for key, v in logs.items() if key not in larger)

@@ -282,9 +282,10 @@ class Engine:
         return best
 
     def score(self, fit: Fit) -> float:
-        """Cost with a price for each parameter."""
+        """Cost with a price for each parameter, and for what is unlikely beforehand."""
         n = self.problem.rows
-        return float(fit.cost / max(1.0, fit.cost / n) ** 0.5) + len(fit.params) * float(np.log(n))
+        price = len(fit.params) * float(np.log(n)) + unlikeliness(fit)
+        return float(fit.cost / max(1.0, fit.cost / n) ** 0.5) + price
 
     def _keep(self, fit: Fit) -> Fit:
         slim = self._slim(fit)
@@ -695,6 +696,11 @@ def _sized(
     asked = start[size.key] * probe.amplitude(columns[0])
     within = float(np.clip(asked, size.low, size.high))
     return start | {size.key: within} if within != size.null else start
+
+
+def unlikeliness(fit: Fit) -> float:
+    """By how much a fit must be better than one by more usual models, in units of the noise."""
+    return RIVAL_GAIN * sum(f.unlikely for f in fit.forms)
 
 
 def _fitted(fit: Fit) -> int:

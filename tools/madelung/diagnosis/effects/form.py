@@ -74,6 +74,8 @@ class Form:
     """The parameter that the displacement is about linear in; the records tell its start."""
     refines: bool = False
     """Only tried where another form of the effect that shares a parameter has been fitted."""
+    unlikely: bool = False
+    """A variant that is believed only where the data tell it from all that is more usual."""
     same_law: bool = False
     """It refines another form's steps, not its law: it may tell a size better."""
 

@@ -150,6 +150,7 @@ def _lags(s: Scales) -> list[Form]:
             (corner,),
             lambda _: [{"corner_hz": f} for f in corners],
             path=lambda path, v: path.but(behind_hz=v["corner_hz"]),
+            unlikely=True,  # nor the effect's name where one before the hysteresis is ruled out
         ),
         Form(
             "amplifier_lag",
