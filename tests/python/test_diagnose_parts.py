@@ -26,7 +26,7 @@ from madelung.diagnosis.lines import driven, peaks, steady
 from madelung.diagnosis.noise import Noise, estimate_noise, proven_fall
 from madelung.diagnosis.regions import Region
 from madelung.diagnosis.verdict import Verdict, judge
-from madelung.diagnosis.which import Engine, Outsider, Search
+from madelung.diagnosis.which import Engine, Outsider, Search, _plausible
 from madelung.path import CreepMode, Mode, Runner, SignalPath
 from madelung.records import make_record
 
@@ -577,6 +577,59 @@ def test_an_effect_must_be_proven_against_f0_alone_after_others_were_dropped() -
     engine.fits = {null.effects: null, both.effects: both}
     left = engine._pruned(both, null)
     assert not left.effects or engine.accepted(null, left, null)
+
+
+def called(name: str) -> Form:
+    return next(f for f in FORMS if f.name == name)
+
+
+def test_what_is_learned_of_one_effect_serves_it_beside_others() -> None:
+    """A second mode that was found beside the wrong effect is tried beside the right one."""
+    one, two = called("one mode"), called("two modes")
+
+    class Pupil(Engine):
+        def _refined(self, fit: Fit, null: Fit) -> Fit:
+            forms_ = tuple(two if f is one else f for f in fit.forms)
+            return replace(standing(None, 2.0), forms=forms_, values=acting(two) | fit.values)
+
+        def again(self, fit: Fit, iterations: int = 9) -> Fit:
+            assert all(fit.values[k] == acting(two)[k] for k in two.keys)
+            return replace(standing(None, 1.0), forms=fit.forms, values=fit.values)
+
+    def pair(size: float, effect: str) -> Fit:
+        values = acting(one) | acting(form(effect))
+        return replace(standing(None, size), forms=(one, form(effect)), values=values)
+
+    null = standing(None, 90.0)
+    ranked = [pair(3.0, "rate_dependence"), pair(4.0, "delay"), standing(form("creep"), 5.0)]
+    best = Pupil(PLAIN, FORMS, 1, lambda _: None)._with_better_forms(ranked, null, 1)
+    assert [f.effects for f in best] == [ranked[i].effects for i in (1, 0, 2)]
+    assert best[0].forms == (two, form("delay"))
+
+
+def test_the_next_best_are_refined_too_while_the_best_leaves_too_much() -> None:
+    refined = []
+
+    class Noted(Engine):
+        def _refined(self, fit: Fit, null: Fit) -> Fit:
+            refined.append(fit.effects)
+            return fit
+
+    engine = Noted(PLAIN, FORMS, 1, lambda _: None)
+    ranked = [standing(form(e), s) for e, s in (("delay", 3.0), ("creep", 4.0), ("drift", 5.0))]
+    null = standing(None, 9.0)
+    engine._with_better_forms(ranked, null, 2)
+    assert refined == [{"delay"}, {"creep"}]
+    refined.clear()
+    engine._with_better_forms([standing(form("delay"), 1.0), *ranked[1:]], null, 2)
+    assert refined == [{"delay"}]
+
+
+def test_creep_that_is_over_at_once_joins_nothing() -> None:
+    ladder = called("ladder, a mode a decade")
+    lags, creeps = ({**ladder.null(), "creep_1": 0.02, "creep_7": late} for late in (0.004, 0.02))
+    assert not _plausible(replace(standing(ladder, 1.0), values=lags), "creep")
+    assert _plausible(replace(standing(ladder, 1.0), values=creeps), "creep")
 
 
 class Climber(Engine):

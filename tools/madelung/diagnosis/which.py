@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TypeVar
 
 import numpy as np
@@ -18,6 +19,7 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from madelung.diagnosis.effects.form import Form
+from madelung.diagnosis.effects.mechanics import creep_tau_s
 from madelung.diagnosis.effects.sensor import line_form
 from madelung.diagnosis.fit import ITERATIONS, Fit, Probe, Problem
 from madelung.diagnosis.lines import peaks, steady
@@ -101,6 +103,9 @@ EXCHANGE_SLACK = 0.3
 BENT = frozenset({"asymmetry", "non_masing"})
 """Loops that are not symmetric bend minor loops too: one effect, not two (diagnose.md)."""
 DAMPING_SHARE = 0.95
+CREEP_FAST_S = 0.05
+CREEP_SLOW_SHARE = 0.3
+"""Of the displacement that follows late, later than the time above: it is log-like in time."""
 STRETCH_ROWS = 64
 OUTSIDE_SHARE = 0.01
 """Of what an effect explains, that a curve must explain more in its place: that much it takes from
@@ -271,7 +276,7 @@ class Engine:
             alone = size == 1 and not self._is_clean(best)
             if self.gain(best, ranked[0]) > hope:
                 if size == 1 or not self.is_hopeless(ranked[0], null):
-                    ranked = sorted([self._refined(ranked[0], null), *ranked[1:]], key=self.score)
+                    ranked = self._with_better_forms(ranked, null, BEAM if size == PAIR else 1)
             elif not alone:
                 break
             if self.accepted(best, ranked[0], null):
@@ -280,6 +285,31 @@ class Engine:
                 break
             beam = self._front(ranked)[: BEAM if size == 1 else 1]
         return best
+
+    def _with_better_forms(self, ranked: list[Fit], null: Fit, most: int) -> list[Fit]:
+        """The best refined; so are others while it leaves too much, or as it taught to."""
+        done: set[frozenset[str]] = set()
+        while len(done) < most:
+            best = next((f for f in ranked if f.effects not in done), None)
+            if best is None or (best is not ranked[0] and self.is_enough(ranked[0], null)):
+                break
+            done.add(best.effects)
+            new = self._refined(best, null)
+            others = [f for f in ranked if f is not best]
+            if new.forms != best.forms and not self._is_clean(new):
+                others = self.map(partial(self._taught, by=new), others)
+            ranked = sorted([new, *others], key=self.score)
+        return ranked
+
+    def _taught(self, fit: Fit, by: Fit) -> Fit:
+        """With another hypothesis's forms of the effects that both have, if that is better."""
+        own = {f.effect: f for f in by.forms}
+        forms = tuple(own.get(f.effect, f) for f in fit.forms)
+        if forms == fit.forms:
+            return fit
+        learned = {k: by.values[k] for f in forms if f.effect in own for k in f.keys}
+        new = self.again(replace(fit, forms=forms, values=fit.values | learned))
+        return min(fit, self._keep(new), key=self.score)
 
     def score(self, fit: Fit) -> float:
         """Cost with a price for each parameter, and for what is unlikely beforehand."""
@@ -720,13 +750,15 @@ def _plausible(fit: Fit, effect: str) -> bool:
     """Whether an effect is what its name says.
 
     Beside another model that is not quite right, a mode at the bound of its damping is a filter,
-    and creep that goes back is a curve.
+    creep that goes back is a curve, and creep that is over at once is a lag.
     """
     if effect == "resonance":
         dampings = [fit.values[p.key] / p.high for p in fit.params if p.key.startswith("zeta")]
         return max(dampings) < DAMPING_SHARE
     if effect == "creep":
-        return sum(v for k, v in fit.values.items() if k.startswith("creep_")) > 0
+        gains = {creep_tau_s(k): v for k, v in fit.values.items() if k.startswith("creep_")}
+        slow = sum(v for tau_s, v in gains.items() if tau_s > CREEP_FAST_S)
+        return slow > CREEP_SLOW_SHARE * sum(gains.values()) > 0
     return True
 
 

@@ -24,6 +24,11 @@ def creep_forms(s: Scales) -> list[Form]:
     ]
 
 
+def creep_tau_s(key: str) -> float:
+    """Time constant of the mode whose gain is the parameter of that key."""
+    return CREEP_TAU_S[int(key.removeprefix("creep_"))]
+
+
 def _creep_form(name: str, taus: tuple[float, ...], s: Scales) -> Form:
     """A ladder whose spectrum is expected to be smooth over log tau (log-like creep)."""
     within = [t for t in taus if 3 * s.step_min_s < t < 10 * s.length_max_s]
