@@ -695,6 +695,13 @@ def test_rivals_that_fit_as_well_are_listed() -> None:
     assert found.confidence > 0.5
 
 
+def test_a_variant_that_is_unlikely_beforehand_is_no_rival_as_long_as_it_is_no_better() -> None:
+    behind = standing(called("one pole behind the hysteresis"), 1.0)
+    found = verdict(standing(form("delay"), 1.0), behind)
+    assert (found.status, found.effects) == ("identified", ["delay"]) and found.confidence > 0.9
+    assert verdict(behind, standing(form("delay"), 1.0)).status == "ambiguous"
+
+
 def test_never_more_than_four_candidates() -> None:
     twins = ("amplifier_lag", "backlash", "creep", "resonance", "saturation", "drift")
     found = verdict(standing(form("delay"), 1.0), *(standing(form(t), 1.0) for t in twins))
