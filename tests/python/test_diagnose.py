@@ -24,6 +24,7 @@ from diagnose_cases import (
     written,
 )
 
+from madelung.blocks import Block
 from madelung.campaigns import Commands
 from madelung.diagnosis.case import load_case
 from madelung.diagnosis.vocabulary import EFFECTS
@@ -348,6 +349,45 @@ def test_model_is_diagnosed_as_flashed(
         load_model(tmp_path / "out" / "model_baseline.json").f0[: len(own.f0)], flashed.f0
     )
     assert made["gap"]["rms_um"] > 0.04 * STAGE.stroke_um > found["gap"]["rms_um"]
+
+
+def test_the_blocks_of_a_flashed_model_act_in_its_diagnosis(
+    folder: Path, found: Diagnosis, patch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    mended = folder / "out" / "model_augmented.json"
+    made = run(patch, folder / "creep", tmp_path / "out", "--model", str(mended))
+    assert made["verdict"]["status"] == "no_gap"
+    assert made["gap"]["rms_um"] < 0.1 * found["gap"]["rms_um"]
+    again, flashed = (load_model(p) for p in (tmp_path / "out" / "model_baseline.json", mended))
+    assert [b.parameters for b in again.blocks] == [b.parameters for b in flashed.blocks] != []
+
+
+def test_an_effect_that_is_found_takes_the_place_of_the_flashed_block(
+    folder: Path, patch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    mended = load_model(folder / "out" / "model_augmented.json")
+    (creep,) = mended.blocks
+    weaker = [m | {"gain": 0.6 * m["gain"]} for m in creep.parameters["modes"]]
+    replace(mended, blocks=(replace(creep, parameters={"modes": weaker}),)).save(tmp_path / "m")
+    made = run(patch, folder / "creep", tmp_path / "out", "--model", str(tmp_path / "m"))
+    assert made["verdict"]["effects"] == ["creep"]
+    (told,) = load_model(tmp_path / "out" / "model_augmented.json").blocks
+    gains = [sum(m["gain"] for m in b.parameters["modes"]) for b in (told, creep)]
+    assert gains[0] == pytest.approx(gains[1], rel=0.05)
+
+
+def test_a_calibration_joins_the_one_that_was_flashed(
+    quiet: Path, patch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    run(patch, quiet, tmp_path / "plain", "--check")
+    own = load_model(tmp_path / "plain" / "model_baseline.json")
+    wrong = Block("gain_offset", "", {"gain": 1.2, "offset_um": 0.5})
+    replace(own, kind="augmented", blocks=(wrong,)).save(tmp_path / "m")
+    made = run(patch, quiet, tmp_path / "out", "--model", str(tmp_path / "m"))
+    assert made["verdict"]["effects"] == ["gain_offset"]
+    (left,) = load_model(tmp_path / "out" / "model_augmented.json").blocks
+    assert left.parameters["gain"] == pytest.approx(1.0, abs=0.002)
+    assert left.parameters["offset_um"] == pytest.approx(0.0, abs=0.01)
 
 
 def test_tolerance_stops_when_good_enough(folder: Path, found: Diagnosis) -> None:

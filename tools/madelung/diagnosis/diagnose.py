@@ -32,6 +32,7 @@ from madelung.diagnosis.vocabulary import EFFECTS, SIZES
 from madelung.diagnosis.where import locate
 from madelung.diagnosis.which import Engine, Outsider, Progress, Search
 from madelung.model import DEGREE_MAX, Model
+from madelung.path import path_of
 
 Array = NDArray[np.float64]
 
@@ -97,7 +98,8 @@ def diagnose(case: Case, options: Options, progress: Progress = lambda _: None) 
     if options.model is not None:
         rich = max(rich, len(options.model.f0) - 1)
     degree = min(rich + DEGREE_MORE, DEGREE_MAX if rich <= DEGREE_MAX else DEGREE_RICH)
-    problem = Problem([case.identify, *case.train], noise, scales, degree)
+    flashed = None if options.model is None else path_of(options.model)
+    problem = Problem([case.identify, *case.train], noise, scales, degree, flashed)
     baseline = _baseline(problem, options.model, by_degree)
     gap = _train_gap(problem, baseline)
     good = _good_enough(gap, options)
@@ -110,9 +112,9 @@ def diagnose(case: Case, options: Options, progress: Progress = lambda _: None) 
     elif options.check:
         verdict = replace(verdict, confidence=0.0)
     best = baseline if options.check or good else search.best
-    problem, flashed, best = _flashed(problem, baseline, best)
+    problem, shown, best = _as_flashed(problem, baseline, best)
     progress("predicting the hold-out records")
-    predictions = _predictions(problem, case, flashed, best)
+    predictions = _predictions(problem, case, shown, best)
     held = [p for p in predictions if p.trace.role == "holdout"]
     lines = [v for k, v in best.values.items() if k.startswith("freq")]
     regions = locate(
@@ -152,7 +154,7 @@ def diagnose(case: Case, options: Options, progress: Progress = lambda _: None) 
             "from_cycles": noise.known,
         },
     }
-    return Diagnosis(content, problem, noise, flashed, best, predictions, regions)
+    return Diagnosis(content, problem, noise, shown, best, predictions, regions)
 
 
 # -- baseline and gap ---------------------------------------------------------------------------
@@ -197,12 +199,12 @@ def _baseline(
     return problem.at(by_degree[best][1])
 
 
-def _flashed(problem: Problem, baseline: Fit, best: Fit) -> tuple[Problem, Fit, Fit]:
+def _as_flashed(problem: Problem, baseline: Fit, best: Fit) -> tuple[Problem, Fit, Fit]:
     """The same with an f0 of a degree that the firmware runs."""
     if problem.degree <= DEGREE_MAX:
         return problem, baseline, best
     n = DEGREE_MAX + 1
-    small = Problem(problem.traces, problem.noise, problem.scales, DEGREE_MAX)
+    small = Problem(problem.traces, problem.noise, problem.scales, DEGREE_MAX, problem.flashed)
     same = small.at(baseline.beta[:n])
     return (
         small,

@@ -90,6 +90,12 @@ class Fit:
 class Problem:
     """The records to be explained, the noise, and how a hypothesis is simulated and fitted.
 
+    Parameters
+    ----------
+    flashed
+        The path whose blocks act beside f0 in every hypothesis, but for those that an effect of
+        the hypothesis sets. Default: none.
+
     Attributes
     ----------
     used
@@ -100,7 +106,15 @@ class Problem:
         How many rows are used.
     """
 
-    def __init__(self, traces: Sequence[Trace], noise: Noise, scales: Scales, degree: int) -> None:
+    def __init__(
+        self,
+        traces: Sequence[Trace],
+        noise: Noise,
+        scales: Scales,
+        degree: int,
+        flashed: SignalPath | None = None,
+    ) -> None:
+        self.flashed = flashed or SignalPath(scales.u_min_V, scales.range_V, ())
         self.traces = tuple(traces)
         self.noise = noise
         self.scales = scales
@@ -116,7 +130,7 @@ class Problem:
 
     def with_traces(self, traces: Sequence[Trace]) -> Problem:
         """The same problem on other records."""
-        return Problem(traces, self.noise, self.scales, self.degree)
+        return Problem(traces, self.noise, self.scales, self.degree, self.flashed)
 
     @property
     def runner(self) -> Runner:
@@ -128,7 +142,7 @@ class Problem:
 
     def path(self, forms: Iterable[Form], values: dict[str, float], beta: Array) -> SignalPath:
         """The signal path of a hypothesis."""
-        path = SignalPath(self.scales.u_min_V, self.scales.range_V, self.f0(beta))
+        path = self.flashed.but(f0=self.f0(beta))
         for form in forms:
             if form.path is not None:
                 path = form.path(path, values)
@@ -147,9 +161,12 @@ class Problem:
         past = [f for f in forms if f.history is not None]
         places = [f.resample for f in forms if f.resample is not None]
         out = []
+        earlier = path.but(gain=1.0, offset_um=0.0)  # the sensor's calibration changed afterwards
         for t in self.traces:
             history = _history(past, t, values)
-            if places and t.role != "identify":
+            if t.role == "identify":
+                out.append(self.runner.run(earlier, t.u_V, t.step_s, history))
+            elif places:
                 out.append(self._resampled(path, t, history, places[0](t, values)))
             else:
                 out.append(self.runner.run(path, t.u_V, t.step_s, history))

@@ -26,7 +26,7 @@ from madelung.errors import InputError
 from madelung.export import default_scaling, write_params
 from madelung.files import write_atomically
 from madelung.model import Model
-from madelung.path import augmented_model
+from madelung.path import SignalPath, augmented_model
 from madelung.records import write_columns
 
 
@@ -106,8 +106,10 @@ def _exchange(part: Path, out: Path) -> None:
 
 def _write_models(out: Path, case: Case, found: Diagnosis) -> None:
     ends = (case.u_min_V, case.u_max_V)
-    f0 = found.problem.f0(found.baseline.beta)
-    Model("madelung", *ends, f0=f0).save(out / "model_baseline.json")
+    path = found.problem.path((), {}, found.baseline.beta)
+    flashed = augmented_model(path, ends[1])
+    plain = Model("madelung", *ends, f0=path.f0)
+    (flashed if flashed.blocks else plain).save(out / "model_baseline.json")
     augmented = _augmented(found, ends)
     augmented.save(out / "model_augmented.json")
     write_params(augmented, default_scaling(augmented), out / "firmware")
@@ -123,11 +125,16 @@ def _augmented(found: Diagnosis, ends: tuple[float, float]) -> Model:
         for form in best.forms
         if form.path is None
     }
-    path = path.but(**beside.pop("gain_offset", {}))
+    path = _calibrated(path, **beside.pop("gain_offset", {}))
     names = {f.effect: f.name for f in best.forms}
     start = beside.pop("initial_state", None)
     kept = [Block(effect, names[effect], values) for effect, values in beside.items()]
     return augmented_model(path, ends[1], names, start, kept)
+
+
+def _calibrated(path: SignalPath, gain: float = 1.0, offset_um: float = 0.0) -> SignalPath:
+    """The path behind one more change of the sensor's calibration."""
+    return path.but(gain=gain * path.gain, offset_um=gain * path.offset_um + offset_um)
 
 
 def _columns(p: Prediction) -> dict[str, Any]:
