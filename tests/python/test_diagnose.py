@@ -548,6 +548,19 @@ def test_a_record_in_both_folders_and_a_byte_order_mark(quiet: Path, tmp_path: P
     )
 
 
+def test_records_that_leave_the_identified_range_are_named(quiet: Path, tmp_path: Path) -> None:
+    case = copy(quiet, tmp_path)
+    assert not [w for w in content(case, check=True)["warnings"] if "extrapolated" in w]
+    wider = 1.08 * STAGE.u_max_V
+    for name in ("train/decaying.csv", "holdout/multisine.csv"):
+        frame = pd.read_csv(case / name)
+        frame.loc[100:139, "u_V"] = wider
+        frame.to_csv(case / name, index=False)
+    said = [w for w in content(case, check=True)["warnings"] if "extrapolated" in w]
+    assert [w.split(" leaves ")[0] for w in said] == ["decaying (train)", "multisine (holdout)"]
+    assert all("on 40 rows" in w for w in said)
+
+
 def test_a_suffix_in_capitals_is_read_and_a_range_in_other_units_is_said(
     quiet: Path, tmp_path: Path
 ) -> None:

@@ -44,6 +44,8 @@ DEGREE_MORE = 2
 """Train records may show so much more of f0's bend than the slow loop did."""
 SEARCH_ROWS = 28_000
 FURTHER_ROWS = 112_000
+BEYOND_SHARE = 1e-4
+"""Of the range, by which a command may leave it without a word: the rounding of its columns."""
 """The search runs on the heads of longer records; from its result it goes on with more rows, if
 these show more; and what it comes to is fitted to all rows."""
 
@@ -396,6 +398,19 @@ def _told(outsider: Outsider, verdict: Verdict) -> str:
     return ", ".join(f.name if f.effect == OUTSIDE else f.effect for f in others)
 
 
+def _beyond(case: Case, trace: Trace) -> str | None:
+    """That a record leaves the identified range, and on how many rows."""
+    slack = BEYOND_SHARE * case.range_V
+    over = np.maximum(case.u_min_V - trace.u_V, trace.u_V - case.u_max_V)
+    rows = int(np.sum(over > slack))
+    if rows == 0:
+        return None
+    return (
+        f"{trace.name} ({trace.role}) leaves {case.u_min_V:g} to {case.u_max_V:g} V "
+        f"by up to {over.max():.3g} V on {rows} rows: f0 extrapolated"
+    )
+
+
 def _warnings(
     case: Case,
     noise: Noise,
@@ -412,6 +427,7 @@ def _warnings(
         said.append(monitor)
     if not noise.known:
         said.append("identify.csv repeats no cycle: the noise floor is a guess")
+    said += filter(None, (_beyond(case, t) for t in (*case.train, *case.holdout)))
     if case.set_aside:
         said.append(f"no hold-out folder: {', '.join(case.set_aside)} set aside as hold-out")
     if not case.holdout:
