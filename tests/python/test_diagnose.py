@@ -28,6 +28,7 @@ from madelung.blocks import Block
 from madelung.campaigns import Commands
 from madelung.diagnosis.case import load_case
 from madelung.diagnosis.vocabulary import EFFECTS
+from madelung.errors import InputError
 from madelung.model import Model, load_model
 from madelung.predict import predict
 from madelung.records import read_record
@@ -561,16 +562,31 @@ def test_records_that_leave_the_identified_range_are_named(quiet: Path, tmp_path
     assert all("on 40 rows" in w for w in said)
 
 
-def test_a_suffix_in_capitals_is_read_and_a_range_in_other_units_is_said(
-    quiet: Path, tmp_path: Path
-) -> None:
+def test_a_suffix_in_capitals_is_read(quiet: Path, tmp_path: Path) -> None:
     case = copy(quiet, tmp_path)
     for path in [*case.glob("train/*.csv")]:
         path.rename(path.with_suffix(".CSV"))
-    tell(case, u_min_V=-10_000.0, u_max_V=60_000.0)
-    loaded = load_case(case)
-    assert len(loaded.train) == len([*case.glob("train/*.CSV")])
-    assert any("check the units" in w for w in loaded.warnings)
+    assert len(load_case(case).train) == len([*case.glob("train/*.CSV")])
+
+
+@pytest.mark.parametrize("ends_V", [(0.0, 80.0), (-10.0, 40.0), (-10_000.0, 60_000.0)])
+def test_a_range_that_the_slow_loop_does_not_reach_is_refused(
+    ends_V: tuple[float, float], quiet: Path, tmp_path: Path
+) -> None:
+    case = copy(quiet, tmp_path)
+    tell(case, u_min_V=ends_V[0], u_max_V=ends_V[1])
+    with pytest.raises(InputError, match=r"identify.csv: reaches 0 to 40 V of .* 15 % at most"):
+        load_case(case)
+    load_case(case, flashed=True)  # f0 is the model's: no need to see both ends
+
+
+@pytest.mark.parametrize(("u_max_V", "said"), [(40.2, False), (41.0, True), (46.0, True)])
+def test_a_slow_loop_that_stays_a_little_short_is_no_bad_input(
+    u_max_V: float, said: bool, quiet: Path, tmp_path: Path
+) -> None:
+    case = copy(quiet, tmp_path)
+    tell(case, u_max_V=u_max_V)
+    assert any("extrapolated at the ends" in w for w in load_case(case).warnings) is said
 
 
 def test_without_holdout_whole_records_are_set_aside(quiet: Path, tmp_path: Path) -> None:

@@ -165,7 +165,10 @@ def identify(
     high = max(float(r.u_V.max()) for r in records)
     u_min = low if u_min_V is None else u_min_V
     u_max = high if u_max_V is None else u_max_V
-    warnings += _check_reach(low, high, u_min, u_max)
+    if not (np.isfinite([u_min, u_max]).all() and u_max > u_min):
+        raise InputError(f"u_max ({u_max:g} V) must be above u_min ({u_min:g} V)")
+    mend = "mend --u-min and --u-max, or record the whole range"
+    warnings += check_reach("the records reach", (low, high), (u_min, u_max), mend)
     halves: list[Half] = []
     for i, record in enumerate(records):
         found, said = _halves(i, record, low, high, from_s, to_s)
@@ -241,15 +244,17 @@ def _unit(records: Sequence[Record]) -> str:
     return units.pop()
 
 
-def _check_reach(low: float, high: float, u_min: float, u_max: float) -> Iterator[str]:
-    if not (np.isfinite([u_min, u_max]).all() and u_max > u_min):
-        raise InputError(f"u_max ({u_max:g} V) must be above u_min ({u_min:g} V)")
-    off = max(abs(low - u_min), abs(high - u_max)) / (u_max - u_min)
-    reached = f"the records reach {low:g} to {high:g} V of the range {u_min:g} to {u_max:g} V"
+def check_reach(
+    said: str, reached_V: tuple[float, float], range_V: tuple[float, float], mend: str
+) -> Iterator[str]:
+    """Warn when the ends of the range (V) are not quite reached, refuse when far from it."""
+    off = max(abs(a - b) for a, b in zip(reached_V, range_V, strict=True))
+    off /= range_V[1] - range_V[0]
+    reached = "{} {:g} to {:g} V of the range {:g} to {:g} V".format(said, *reached_V, *range_V)
     if off > MARGIN_SHARE:
         raise InputError(
             f"{reached}: {100 * off:.0f} % off, {100 * MARGIN_SHARE:.0f} % at most "
-            "are possible; mend --u-min and --u-max, or record the whole range"
+            f"are possible; {mend}"
         )
     if off > ENDS_SHARE / 2:
         yield f"{reached}: f0 is extrapolated at the ends"

@@ -60,7 +60,7 @@ def diagnose(
         flashed = None if model is None else load_model(model)
         if flashed is not None and flashed.kind in ("major_curve", "yang2015"):
             raise InputError(f"{model}: is of kind {flashed.kind}; --model needs a polynomial f0")
-        loaded = load_case(case)
+        loaded = load_case(case, flashed is not None)
         if flashed is not None:
             loaded = _as_flashed(loaded, flashed, model)
         found = run(loaded, Options(jobs, seed, flashed, tolerance, check), told)

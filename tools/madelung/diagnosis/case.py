@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -16,6 +16,7 @@ from madelung.diagnosis.vocabulary import EFFECTS, LIMITS
 from madelung.errors import InputError
 from madelung.files import read_json
 from madelung.formats import READERS
+from madelung.identify import check_reach
 from madelung.model import MARGIN_SHARE
 from madelung.records import Record, read_record, warm_up_rows
 
@@ -23,8 +24,6 @@ Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
 Role = Literal["identify", "train", "holdout"]
 SUFFIXES = (".csv", *READERS)
-COVERED_MIN = 0.5
-"""Share of the range that a slow loop over the whole range covers at the very least."""
 ROWS_MIN = 100
 ENDS_SHARE = 0.002
 """A running record has been at an end when this share of its swing is left."""
@@ -123,8 +122,15 @@ class Case:
         return self.u_max_V - self.u_min_V
 
 
-def load_case(folder: Path) -> Case:
+def load_case(folder: Path, flashed: bool = False) -> Case:
     """Read a case folder.
+
+    Parameters
+    ----------
+    folder
+        See the contract.
+    flashed
+        The predictor is given: no f0 is identified, so identify.csv need not reach both ends.
 
     Raises
     ------
@@ -146,7 +152,11 @@ def load_case(folder: Path) -> Case:
     traces = [identify, *train, *holdout]
     faults = [f for t in traces for f in _faults(t)]
     warnings = [w for t in traces for w in t.record.warnings()]
-    warnings += _doubts(head, identify, train, holdout)
+    if not flashed:
+        ends = (head["u_min_V"], head["u_max_V"])
+        mend = "mend u_min_V and u_max_V in case.json, or record the whole range"
+        warnings += check_reach(f"{identify.record.name}: reaches", _ends(identify), ends, mend)
+    warnings += _repeated(train, holdout)
     lost = [t.name for t in train if t.use.sum() < ROWS_MIN]
     train = [t for t in train if t.name not in lost]
     warnings += [
@@ -172,22 +182,15 @@ def load_case(folder: Path) -> Case:
     )
 
 
-def _doubts(
-    head: Mapping[str, Any], identify: Trace, train: Sequence[Trace], holdout: Sequence[Trace]
-) -> list[str]:
-    """What can be diagnosed, and is hardly what the user means."""
-    said = []
-    covered = float(np.ptp(identify.u_V)) / (head["u_max_V"] - head["u_min_V"])
-    if covered < COVERED_MIN:
-        said.append(
-            f"identify covers {100 * covered:.2g} % of u_min_V..u_max_V: "
-            "check the units in it and in case.json"
-        )
+def _ends(trace: Trace) -> tuple[float, float]:
+    return float(trace.u_V.min()), float(trace.u_V.max())
+
+
+def _repeated(train: Sequence[Trace], holdout: Sequence[Trace]) -> Iterator[str]:
     for t in train:
         for h in holdout:
             if np.array_equal(t.u_V, h.u_V) and np.array_equal(t.y_um, h.y_um, equal_nan=True):
-                said.append(f"holdout/{h.name} is train/{t.name} again: its score proves nothing")
-    return said
+                yield f"holdout/{h.name} is train/{t.name} again: its score proves nothing"
 
 
 def _head(path: Path) -> dict[str, Any]:
