@@ -569,6 +569,12 @@ def test_a_suffix_in_capitals_is_read(quiet: Path, tmp_path: Path) -> None:
     assert len(load_case(case).train) == len([*case.glob("train/*.CSV")])
 
 
+def test_hidden_files_are_no_records(quiet: Path, tmp_path: Path) -> None:
+    case = copy(quiet, tmp_path)
+    (case / "train" / "._steps.csv").write_bytes(b"\0\5\26\7")
+    assert len(load_case(case).train) == len([*case.glob("train/*.csv")]) - 1
+
+
 @pytest.mark.parametrize("ends_V", [(0.0, 80.0), (-10.0, 40.0), (-10_000.0, 60_000.0)])
 def test_a_range_that_the_slow_loop_does_not_reach_is_refused(
     ends_V: tuple[float, float], quiet: Path, tmp_path: Path

@@ -272,7 +272,8 @@ def _limits(u_min_V: float, u_max_V: float) -> dict[str, tuple[float, float]]:
 def _records(folder: Path) -> list[Path]:
     if not folder.is_dir():
         return []
-    paths = sorted(p for p in folder.iterdir() if p.suffix.lower() in SUFFIXES)
+    shown = (p for p in folder.iterdir() if not p.name.startswith("."))
+    paths = sorted(p for p in shown if p.suffix.lower() in SUFFIXES)
     stems = [p.stem for p in paths]
     for stem in stems:
         if stems.count(stem) > 1:
