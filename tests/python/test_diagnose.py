@@ -601,7 +601,13 @@ def test_without_holdout_whole_records_are_set_aside(quiet: Path, tmp_path: Path
     found = content(case)
     assert found["shrink"]["set_aside"] == ["steps"]
     assert [r["name"] for r in found["shrink"]["records"]] == ["steps"]
-    assert any("steps" in w for w in found["warnings"])
+    assert f"{case / 'holdout'}: is missing: steps set aside as hold-out" in found["warnings"]
+    (case / "holdout").mkdir()
+    empty = f"{case / 'holdout'}: holds no record: "
+    assert f"{empty}steps set aside as hold-out" in load_case(case).warnings
+    for name in ("bias", "decaying", "multisine"):
+        (case / "train" / f"{name}.csv").unlink()
+    assert f"{empty}how far the gap shrinks cannot be checked" in load_case(case).warnings
 
 
 # -- faults of the data -------------------------------------------------------------------------

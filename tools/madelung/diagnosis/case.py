@@ -157,6 +157,8 @@ def load_case(folder: Path, flashed: bool = False) -> Case:
         mend = "mend u_min_V and u_max_V in case.json, or record the whole range"
         warnings += check_reach(f"{identify.record.name}: reaches", _ends(identify), ends, mend)
     warnings += _repeated(train, holdout)
+    if aside or not holdout:
+        warnings.append(_without_holdout(folder / "holdout", aside))
     lost = [t.name for t in train if t.use.sum() < ROWS_MIN]
     train = [t for t in train if t.name not in lost]
     warnings += [
@@ -184,6 +186,13 @@ def load_case(folder: Path, flashed: bool = False) -> Case:
 
 def _ends(trace: Trace) -> tuple[float, float]:
     return float(trace.u_V.min()), float(trace.u_V.max())
+
+
+def _without_holdout(folder: Path, aside: Sequence[str]) -> str:
+    lacks = f"{folder}: {'holds no record' if folder.is_dir() else 'is missing'}"
+    if aside:
+        return f"{lacks}: {', '.join(aside)} set aside as hold-out"
+    return f"{lacks}: how far the gap shrinks cannot be checked"
 
 
 def _repeated(train: Sequence[Trace], holdout: Sequence[Trace]) -> Iterator[str]:

@@ -428,10 +428,6 @@ def _warnings(
     if not noise.known:
         said.append("identify.csv repeats no cycle: the noise floor is a guess")
     said += filter(None, (_beyond(case, t) for t in (*case.train, *case.holdout)))
-    if case.set_aside:
-        said.append(f"no hold-out folder: {', '.join(case.set_aside)} set aside as hold-out")
-    if not case.holdout:
-        said.append("no hold-out record: how far the gap shrinks cannot be checked")
     if outsider is not None:
         said.append(
             f"not named, but the records are explained better by it: {_told(outsider, verdict)}"
