@@ -702,11 +702,22 @@ def test_bad_input_ends_in_one_line(
     assert [p.name for p in tmp_path.iterdir()] == ["case"]
 
 
+def test_a_misspelt_key_of_case_json_is_named(quiet: Path, tmp_path: Path) -> None:
+    case = copy(quiet, tmp_path)
+    tell(case, exlude=["delay"])
+    assert f"{case / 'case.json'}: no key is named 'exlude': ignored" in load_case(case).warnings
+
+
 @pytest.mark.parametrize(
     "keys",
     [
         {"u_min_V": 50.0},
         {"u_max_V": "40"},
+        {"device": 5},
+        {"adc_bits": "12"},
+        {"adc_bits": -3},
+        {"dac_bits": 1.5},
+        {"dac_bits": True},
         {"y_unit": "nm"},
         {"exclude": ["magic"]},
         {"known": {"speed": 1.0}},

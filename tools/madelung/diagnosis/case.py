@@ -25,6 +25,10 @@ Rows = NDArray[np.int64]
 Role = Literal["identify", "train", "holdout"]
 SUFFIXES = (".csv", *READERS)
 ROWS_MIN = 100
+KEYS = "device u_min_V u_max_V y_unit adc_bits dac_bits running known exclude".split()
+"""Of case.json."""
+BITS_MAX = 32
+"""Of a converter; 0 where there is none."""
 ENDS_SHARE = 0.002
 """A running record has been at an end when this share of its swing is left."""
 GRID_GAP_MAX = 0.5
@@ -151,7 +155,7 @@ def load_case(folder: Path, flashed: bool = False) -> Case:
         train = [t for t in train if t.name not in aside]
     traces = [identify, *train, *holdout]
     faults = [f for t in traces for f in _faults(t)]
-    warnings = [w for t in traces for w in t.record.warnings()]
+    warnings = [*head["warnings"], *(w for t in traces for w in t.record.warnings())]
     if not flashed:
         ends = (head["u_min_V"], head["u_max_V"])
         mend = "mend u_min_V and u_max_V in case.json, or record the whole range"
@@ -213,13 +217,19 @@ def _head(path: Path) -> dict[str, Any]:
     wrong = [e for e in exclude if e not in EFFECTS]
     if wrong:
         raise InputError(f"{path}: exclude names no effect: {wrong[0]!r}")
+    device = data.get("device", path.resolve().parent.name)
+    if not isinstance(device, str):
+        raise InputError(f"{path}: device must be a name, found {device!r}")
+    for key in ("adc_bits", "dac_bits"):
+        _check_bits(path, key, data.get(key, 0))
     return {
-        "device": str(data.get("device", path.resolve().parent.name)),
+        "device": device,
         "u_min_V": low,
         "u_max_V": high,
         "running": [Path(n).stem for n in _names(path, data, "running")],
         "exclude": exclude,
         "known": _known(path, data),
+        "warnings": [f"{path}: no key is named {k!r}: ignored" for k in data if k not in KEYS],
     }
 
 
@@ -239,6 +249,11 @@ def _number(path: Path, data: dict[str, Any], key: str) -> float:
 
 def _is_number(value: object) -> TypeGuard[float]:
     return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _check_bits(path: Path, key: str, bits: object) -> None:
+    if not (isinstance(bits, int) and not isinstance(bits, bool) and 0 <= bits <= BITS_MAX):
+        raise InputError(f"{path}: {key} must be an integer from 0 to {BITS_MAX}, found {bits!r}")
 
 
 def _names(path: Path, data: dict[str, Any], key: str) -> list[str]:
