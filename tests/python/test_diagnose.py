@@ -670,6 +670,10 @@ def without_y(path: Path) -> None:
     pd.read_csv(path).drop(columns="y_um").to_csv(path, index=False)
 
 
+def header_alone(path: Path) -> None:
+    pd.read_csv(path).head(0).to_csv(path, index=False)
+
+
 BAD = {
     "NaN": ("train/decaying.csv", blank, "decaying.csv: row 702"),
     "time": ("holdout/steps.csv", backwards, "steps.csv: row 3"),
@@ -679,6 +683,7 @@ BAD = {
     "no json": ("case.json", Path.unlink, "case.json: cannot be read"),
     "bad json": ("case.json", lambda p: p.write_text("{"), "case.json: is not a JSON file"),
     "empty": ("train/bias.csv", lambda p: p.write_text(""), "bias.csv"),
+    "no rows": ("train/bias.csv", header_alone, "bias.csv: 0 rows are too few: at least 100"),
     "no train": ("train", shutil.rmtree, "train: holds no record"),
 }
 

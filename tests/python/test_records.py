@@ -110,7 +110,7 @@ REFUSED: dict[str, tuple[bytes, str]] = {
     "constant u": (text(rows=[f"{t},5,{y}" for t, y in zip(T, Y, strict=True)]), "u_V is 5 in"),
     "constant y": (text(rows=[f"{t},{u},5" for t, u in zip(T, U, strict=True)]), "y_um is 5 in"),
     "header only": (text(rows=[]), "0 rows are too few"),
-    "few rows": (text(rows=ROWS[:9]), "9 rows are too few: a record needs at least 10"),
+    "few rows": (text(rows=ROWS[:9]), "9 rows are too few: at least 10 are needed"),
     "empty": (b"", "row 1: no header"),
     "latin-1": (with_row(6, "0.04,1,\N{LATIN SMALL LETTER U WITH DIAERESIS}")
                 .decode().encode("latin-1"), "row 6: is not UTF-8"),

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from madelung.errors import InputError
-from madelung.records import Record, is_column, make_record
+from madelung.records import is_column
 
 Columns = dict[str, NDArray[Any]]
 Tree = Mapping[str, Any]
@@ -25,13 +25,13 @@ CELLS_MAX = 200_000_000
 """Larger arrays are refused before they are read: a damaged header can promise anything."""
 
 
-def read_other(path: Path) -> Record | None:
-    """Read a record of one of `READERS`; None when the suffix is none of theirs.
+def read_other(path: Path) -> Columns | None:
+    """The columns of a file of one of `READERS`; None when the suffix is none of theirs.
 
     Raises
     ------
     InputError
-        The file cannot be read, is damaged, or is not a record (see `records.read_record`).
+        The file cannot be read, is damaged, or holds no columns of one record.
     """
     suffix = path.suffix.lower()
     if suffix not in READERS:
@@ -50,7 +50,7 @@ def read_other(path: Path) -> Record | None:
     except Exception as error:  # on damaged files these libraries raise whatever they run into
         reason = (str(error).strip() or type(error).__name__).splitlines()[0]
         raise InputError(f"{path}: cannot be read as {suffix}: {reason:.200}") from error
-    return make_record(str(path), _columns(path, tree), first_line=1)
+    return _columns(path, tree)
 
 
 def _columns(path: Path, tree: Tree) -> Columns:

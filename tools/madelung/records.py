@@ -150,8 +150,15 @@ def warm_up_rows(u_V: Floats, share: float) -> int:
     return int(max(np.argmax(u_V >= u_V.max() - reach), np.argmax(u_V <= u_V.min() + reach)))
 
 
-def read_record(path: Path) -> Record:
+def read_record(path: Path, rows_min: int = SAMPLES_MIN) -> Record:
     """Read a record; the suffix of its name decides how (CSV unless `formats` knows it).
+
+    Parameters
+    ----------
+    path
+        The file.
+    rows_min
+        A record of fewer rows is refused.
 
     Raises
     ------
@@ -161,7 +168,10 @@ def read_record(path: Path) -> Record:
     """
     from madelung.formats import read_other
 
-    return read_other(path) or _read_csv(path)
+    columns = read_other(path)
+    if columns is None:
+        return make_record(str(path), _read_csv(path), rows_min=rows_min)
+    return make_record(str(path), columns, first_line=1, rows_min=rows_min)
 
 
 def write_record(path: Path, record: Record) -> None:
@@ -188,7 +198,12 @@ def write_columns(path: Path, columns: dict[str, NDArray[Any]]) -> None:
         pd.DataFrame(columns).round(9).to_csv(part, index=False, lineterminator="\n")
 
 
-def make_record(name: str, columns: dict[str, NDArray[Any]], first_line: int = 2) -> Record:
+def make_record(
+    name: str,
+    columns: dict[str, NDArray[Any]],
+    first_line: int = 2,
+    rows_min: int = SAMPLES_MIN,
+) -> Record:
     """Check named columns and make a `Record` of them; what every loader ends with.
 
     Parameters
@@ -199,6 +214,8 @@ def make_record(name: str, columns: dict[str, NDArray[Any]], first_line: int = 2
         Arrays of equal length by their name with unit (``t_ms``, ``u_V``, ``y_nm``, ...).
     first_line
         Number of the first row in messages; 1 where the names are not in a row.
+    rows_min
+        See `read_record`.
 
     Raises
     ------
@@ -211,10 +228,8 @@ def make_record(name: str, columns: dict[str, NDArray[Any]], first_line: int = 2
         limit = _LIMIT[quantity] / scale
         values[quantity] = _numbers(name, column, columns[column], limit, first_line) * scale
     t, u, y = values["t"], values["u"], values.get("y")
-    if t.size < SAMPLES_MIN:
-        raise InputError(
-            f"{name}: {t.size} rows are too few: a record needs at least {SAMPLES_MIN}"
-        )
+    if t.size < rows_min:
+        raise InputError(f"{name}: {t.size} rows are too few: at least {rows_min} are needed")
     _check_time(name, t, first_line)
     for quantity in chosen.keys() & {"u", "y"}:
         if np.ptp(values[quantity]) == 0.0:
@@ -394,7 +409,7 @@ def _runs(kind: FaultKind, where: NDArray[np.bool_], offset: int) -> Iterator[Fa
         yield Fault(kind, int(first) + offset, int(end) - 1 + offset)
 
 
-def _read_csv(path: Path) -> Record:
+def _read_csv(path: Path) -> dict[str, NDArray[Any]]:
     import pandas as pd
 
     try:
@@ -425,7 +440,7 @@ def _read_csv(path: Path) -> Record:
             f"{path}: row 2: more cells than the header has columns: write decimal points, "
             "not commas, and no comma at the end of a row"
         )
-    return make_record(str(path), _columns(header, frame))
+    return _columns(header, frame)
 
 
 def _header(path: Path, content: bytes) -> list[str]:
