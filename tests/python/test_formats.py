@@ -176,7 +176,7 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     "matrix": ({**GOOD, "y_um": np.ones((N, 2))}, "y_um is not a vector of two or more real"),
     "scalar": ({**GOOD, "u_V": np.array([5.0])}, "u_V is not a vector"),
     "complex": ({**GOOD, "u_V": U + 1j}, "u_V is not a vector"),
-    "inputs": ({**GOOD, "u1_V": U, "u2_V": U}, "2 input columns"),
+    "inputs": ({**GOOD, "u1_V": U, "u2_V": U}, "3 input columns"),
 }
 
 

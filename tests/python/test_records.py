@@ -107,6 +107,7 @@ REFUSED: dict[str, tuple[bytes, str]] = {
     "two units": (text("t_s,u_V,u_mV"), "columns 'u_V' and 'u_mV' both hold u"),
     "twice": (text("t_s,u_V,u_V"), "column 'u_V' stands there twice"),
     "three inputs": (text("t_s,u1_V,u2_V"), r"2 input columns \(u1_V, u2_V\): a predictor with"),
+    "second input": (text("t_s,u_V,u2_V"), r"2 input columns \(u_V, u2_V\): a predictor with"),
     "constant u": (text(rows=[f"{t},5,{y}" for t, y in zip(T, Y, strict=True)]), "u_V is 5 in"),
     "constant y": (text(rows=[f"{t},{u},5" for t, u in zip(T, U, strict=True)]), "y_um is 5 in"),
     "header only": (text(rows=[]), "0 rows are too few"),

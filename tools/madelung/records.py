@@ -278,6 +278,8 @@ def _choose(where: str, columns: list[str]) -> dict[str, tuple[str, float]]:
             )
         chosen[quantity] = (column, units[unit])
     several = [c for c in columns if c[:1] == "u" and c[1:].partition("_")[0].isdigit()]
+    if several and "u" in chosen:
+        several.insert(0, chosen["u"][0])
     if len(several) > 1:
         raise InputError(
             f"{where}: {len(several)} input columns ({', '.join(several)}): a predictor with "
