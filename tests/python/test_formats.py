@@ -197,7 +197,7 @@ def test_refuses_in_one_sentence(tmp_path: Path, form: str, case: str) -> None:
 def test_refuses_what_is_not_of_the_format(tmp_path: Path, suffix: str, content: bytes) -> None:
     path = tmp_path / f"bad{suffix}"
     path.write_bytes(content)
-    with pytest.raises(InputError, match=r"cannot be read as|need the Python package|no column"):
+    with pytest.raises(InputError, match=r"damaged, or|need the Python package|no column"):
         read_record(path)
 
 
@@ -207,7 +207,14 @@ def test_refuses_a_truncated_file(tmp_path: Path, form: str) -> None:
     path = tmp_path / f"bad{suffix}"
     write(path, GOOD)
     path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
-    with pytest.raises(InputError, match=f"{path.name}: cannot be read as {suffix}: "):
+    with pytest.raises(InputError, match=f"{path.name}: cannot be read as {suffix}: it is"):
+        read_record(path)
+
+
+def test_junk_is_said_in_words_of_ours(tmp_path: Path) -> None:
+    path = tmp_path / "junk.h5"
+    path.write_bytes(b"junk" * 99)
+    with pytest.raises(InputError, match=r"junk.h5: is not an HDF5 file: it is damaged, or of"):
         read_record(path)
 
 
@@ -221,7 +228,7 @@ def test_refuses_two_records_and_none_in_a_file(tmp_path: Path) -> None:
         read_record(path)
     path = tmp_path / "none.mat"
     scipy.io.savemat(path, {"x": "text"})
-    with pytest.raises(InputError, match="no column t_s"):
+    with pytest.raises(InputError, match="no column t_s or t_ms; it holds no vector of numbers"):
         read_record(path)
 
 

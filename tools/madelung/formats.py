@@ -49,7 +49,10 @@ def read_other(path: Path) -> Columns | None:
         raise
     except Exception as error:  # on damaged files these libraries raise whatever they run into
         reason = (str(error).strip() or type(error).__name__).splitlines()[0]
-        raise InputError(f"{path}: cannot be read as {suffix}: {reason:.200}") from error
+        raise InputError(
+            f"{path}: cannot be read as {suffix}: it is damaged, or of another format "
+            f"({reason:.200}): write it again, or as CSV"
+        ) from error
     return _columns(path, tree)
 
 
@@ -120,6 +123,11 @@ def _read_hdf5(path: Path) -> Tree:
                 tree[name] = np.asarray(item[()])
         return tree
 
+    if not h5py.is_hdf5(path):
+        raise InputError(
+            f"{path}: is not an HDF5 file: it is damaged, or of another format: "
+            "write it again, or as CSV"
+        )
     with h5py.File(path, "r") as file:
         _check_hdf5(path, file)
         return read(file, True)

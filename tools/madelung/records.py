@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -288,8 +289,9 @@ def _choose(where: str, columns: list[str]) -> dict[str, tuple[str, float]]:
         )
     for quantity, wanted in (("t", "t_s or t_ms"), ("u", "u_V or u_mV")):
         if quantity not in chosen:
+            held = f"the names are {','.join(columns)[:100]!r}"
             raise InputError(
-                f"{where}: no column {wanted}; the names are {','.join(columns)[:100]!r}"
+                f"{where}: no column {wanted}; {held if columns else 'it holds no vector of numbers'}"
             )
     return chosen
 
@@ -436,13 +438,27 @@ def _read_csv(path: Path) -> dict[str, NDArray[Any]]:
             low_memory=False,
         )
     except (pd.errors.ParserError, pd.errors.EmptyDataError, ValueError) as error:
-        raise InputError(f"{path}: cannot be read as CSV: {str(error).strip()}") from error
+        raise InputError(f"{path}: {_csv_fault(str(error).strip())}") from error
     if not isinstance(frame.index, pd.RangeIndex):
-        raise InputError(
-            f"{path}: row 2: more cells than the header has columns: write decimal points, "
-            "not commas, and no comma at the end of a row"
-        )
+        raise InputError(f"{path}: row 2: {_LONG_ROW}")
     return _columns(header, frame)
+
+
+_LONG_ROW = (
+    "more cells than the header has columns: write decimal points, not commas, and no comma at "
+    "the end of a row"
+)
+
+
+def _csv_fault(told: str) -> str:
+    """Where pandas stopped, and why."""
+    long = re.search(r"Expected \d+ fields in line (\d+)", told)
+    if long:
+        return f"row {long[1]}: {_LONG_ROW}"
+    open_text = re.search(r"EOF inside string starting at row (\d+)", told)
+    if open_text:
+        return f"row {int(open_text[1]) + 1}: a quotation mark is opened and not closed: remove it"
+    return f"cannot be read as CSV: {told}"
 
 
 def _header(path: Path, content: bytes) -> list[str]:
