@@ -214,15 +214,17 @@ def test_what_cannot_be_identified_is_refused() -> None:
     refused([good], "must be above", u_max_V=-1.0)
     refused([good], "the degree is 8: 0 to 7", degree=8)
     refused([good], "no full swing between 0 V and 40 V", from_s=1e6)
-    few = make_record(
-        "few",
-        {
-            "t_s": np.arange(12.0),
-            "u_V": np.tile([0.0, 20.0, 40.0, 20.0], 3),
-            "y_um": np.tile([0.0, 1.0, 3.0, 2.0], 3),
-        },
-    )
-    refused([few], "too few different voltages; use a lower --degree", degree=4)
+    few = np.tile(np.repeat([0.0, 20.0, 40.0, 20.0], 20), 3)
+    few[1::2] += 0.1
+    refused([measured(few)], "too few different voltages; use a lower --degree", degree=7)
+
+
+@pytest.mark.parametrize("start_V", [0.0, 10.0])
+def test_jumps_are_no_slow_loop(start_V: float, recwarn: pytest.WarningsRecorder) -> None:
+    levels = np.repeat([start_V, 10.0, 38.0, 5.0, 30.0, 2.0, 12.0], 500)
+    u = np.convolve(np.append([start_V] * 3, levels), np.full(4, 0.25), "valid")
+    refused([measured(u)], "full swings, these are jumps: record a slow triangle or sine")
+    assert not recwarn.list
 
 
 def run(*args: object) -> tuple[int, str, str]:

@@ -37,6 +37,8 @@ INNER_SHARE = 0.005
 """Rows this far inside the swing's outermost voltage lie on an inner loop and are left out."""
 CONDITION_MAX = 1e10
 """Of the Gram matrix with unit diagonal; beyond it the rows do not determine the degree."""
+MOVES_MIN = 2 * (DEGREE_MAX + 1)
+"""On a half-loop u moves in at least so many rows on average, or it was no slow one."""
 PAIR_SHARE = 0.01
 """Rows of successive cycles are compared when this close, as a share of the range."""
 FOLDS_MAX = 40
@@ -178,6 +180,12 @@ def identify(
         raise InputError(
             f"{', '.join(r.name for r in records)}: no full swing between {low:g} V and {high:g} V "
             "with sound rows: record at least one slow triangle or sine over the whole range"
+        )
+    moves = sum(_moves(records[h.record].u_V, h.rows) for h in halves)
+    if moves < MOVES_MIN * len(halves):
+        raise InputError(
+            f"{', '.join(r.name for r in records)}: u moves in {moves} rows of {len(halves)} full "
+            "swings, these are jumps: record a slow triangle or sine of two cycles or more"
         )
     terms = (DEGREE_MAX if degree is None else degree) + 1
     basis = _basis(u_max - u_min, terms)
@@ -322,6 +330,11 @@ def _swings(u: Floats, low: float, high: float) -> list[tuple[bool, int, int]]:
         away = last - int(np.argmax(outward[::-1]))
         visits.append((int(to), int(away)))
     return [(bool(zone[here[1]] < 0), here[1], there[0]) for here, there in pairwise(visits)]
+
+
+def _moves(u: Floats, rows: Rows) -> int:
+    """In how many of the rows u is not what it was in the row before."""
+    return int(np.count_nonzero(u[rows] != u[rows - 1]))
 
 
 def _check_dwell(name: str, u: Floats, rows_per_half: int) -> Iterator[str]:

@@ -289,10 +289,9 @@ def _choose(where: str, columns: list[str]) -> dict[str, tuple[str, float]]:
         )
     for quantity, wanted in (("t", "t_s or t_ms"), ("u", "u_V or u_mV")):
         if quantity not in chosen:
-            held = f"the names are {','.join(columns)[:100]!r}"
-            raise InputError(
-                f"{where}: no column {wanted}; {held if columns else 'it holds no vector of numbers'}"
-            )
+            names = ",".join(columns)[:100]
+            held = f"the names are {names!r}" if names else "it holds no vector of numbers"
+            raise InputError(f"{where}: no column {wanted}; {held}")
     return chosen
 
 
