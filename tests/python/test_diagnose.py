@@ -638,17 +638,21 @@ def test_missing_rows_change_no_verdict(
     assert {f["kind"] for f in found["data_faults"]} == {"gap"}
 
 
-def test_duplicates_and_jitter_change_no_verdict(quiet: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize("share", [0.2, 0.4])
+def test_duplicates_and_jitter_change_no_verdict(share: float, quiet: Path, tmp_path: Path) -> None:
     case = copy(quiet, tmp_path)
     rng = np.random.default_rng(5)
     for path in sorted(case.rglob("*.csv")):
         frame = pd.read_csv(path)
         twice = np.sort(np.append(np.arange(len(frame)), rng.integers(len(frame), size=20)))
-        shaken = frame["t_s"] + rng.uniform(-0.2, 0.2, len(frame)) * frame["t_s"].diff().median()
+        width = share * frame["t_s"].diff().median()
+        shaken = frame["t_s"] + width * rng.uniform(-1.0, 1.0, len(frame))
         frame.assign(t_s=shaken).iloc[twice].to_csv(path, index=False)
     found = content(case)
     assert found["verdict"]["status"] == "no_gap"
     assert {f["kind"] for f in found["data_faults"]} == {"duplicate", "jitter"}
+    shaken = [f["record"] for f in found["data_faults"] if f["kind"] == "jitter"]
+    assert len(shaken) == len([*case.rglob("*.csv")]), "once per record"
 
 
 # -- bad input ----------------------------------------------------------------------------------

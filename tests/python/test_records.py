@@ -163,6 +163,23 @@ def test_gaps_duplicates_and_jitter_are_reported_not_refused() -> None:
     assert faults(rounded) == []
 
 
+@pytest.mark.parametrize("share", [0.1, 0.3, 0.4])
+def test_jitter_however_large_is_no_gap_and_moves_no_sample_of_the_grid(share: float) -> None:
+    shaken = T + 0.01 * share * np.random.default_rng(1).uniform(-1.0, 1.0, N)
+    record = make_record("r", {"t_s": shaken, "u_V": U, "y_um": Y})
+    assert {f.kind for f in record.faults} == {"jitter"}
+    assert record.places.tolist() == list(range(N))
+    assert record.step_s == pytest.approx(0.01, rel=2.0 * share / N)
+
+
+def test_a_gap_among_jitter_is_still_one() -> None:
+    shaken = T + 0.001 * np.random.default_rng(1).uniform(-1.0, 1.0, N)
+    shaken[100:] += 0.03
+    record = make_record("r", {"t_s": shaken, "u_V": U, "y_um": Y})
+    assert [f.first for f in record.faults if f.kind == "gap"] == [100]
+    assert record.places.tolist() == [k if k < 100 else k + 3 for k in range(N)]
+
+
 def test_stuck_and_clipped_values_are_found_backlash_and_dwell_are_not() -> None:
     def stuck(t: np.ndarray, u: np.ndarray, y: np.ndarray) -> None:
         y[30:41] = y[30]

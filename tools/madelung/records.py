@@ -25,6 +25,9 @@ FaultKind = Literal["gap", "duplicate", "jitter", "stuck", "clipped"]
 SAMPLES_MIN = 10
 JITTER_SHARE = 0.05
 """A sample further than this share of the step from its place in time is a fault."""
+STEADY_ROWS = 0.9
+"""No time is lost where the time stamps stay this close to a straight line, peak to peak in steps:
+a row that is missing bends them by a whole step."""
 TIME_RESOLUTION_S = 1e-6
 """Time stamps are taken to be rounded to this."""
 FLAT_SAMPLES = 5
@@ -106,7 +109,16 @@ class Record:
     @property
     def step_s(self) -> float:
         """Sample time in s: the mean of the steps that are neither gaps nor duplicates."""
-        return _step_s(np.diff(self.t_s))
+        return _step_s(self.t_s)
+
+    @property
+    def places(self) -> Rows:
+        """Of the samples on a uniform grid, counted from the first, shape (n,)."""
+        if _is_steady(self.t_s):
+            return np.asarray(np.append(0, np.cumsum(np.diff(self.t_s) > 0.0)), np.intp)
+        t = self.t_s - self.t_s[0]
+        step = t[-1] / np.rint(t[-1] / self.step_s)
+        return np.asarray(np.rint(t / step), np.intp)
 
     @property
     def sound(self) -> NDArray[np.bool_]:
@@ -335,15 +347,26 @@ def _check_time(name: str, t: Floats, first_line: int) -> None:
         )
 
 
-def _step_s(steps: Floats) -> float:
+def _is_steady(t: Floats) -> bool:
+    """Whether no time is lost, however much the time stamps jitter; duplicates do not count."""
+    moved = t[np.append(True, np.diff(t) > 0.0)]
+    k = np.arange(moved.size) - (moved.size - 1) / 2
+    step = float(k @ (moved - moved[0]) / (k @ k))
+    return bool(np.ptp(moved - step * k) < STEADY_ROWS * step)
+
+
+def _step_s(t: Floats) -> float:
+    steps = np.diff(t)
+    if _is_steady(t):
+        return float(np.mean(steps[steps > 0.0]))
     middle = np.median(steps)
     return float(np.mean(steps[(steps > 0.5 * middle) & (steps < 1.5 * middle)]))
 
 
 def _faults(t: Floats, u: Floats, y: Floats | None) -> Iterator[Fault]:
     steps = np.diff(t)
-    step = _step_s(steps)
-    passed = np.rint(steps / step)
+    step = _step_s(t)
+    passed = steps > 0.0 if _is_steady(t) else np.rint(steps / step)
     yield from _runs("gap", passed > 1, 1)
     yield from _runs("duplicate", steps == 0.0, 1)
     off = np.abs(steps - passed * step) > JITTER_SHARE * step + TIME_RESOLUTION_S

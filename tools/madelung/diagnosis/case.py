@@ -336,10 +336,8 @@ def _check_range(path: Path, record: Record, head: dict[str, Any]) -> None:
 
 def _on_grid(path: Path, record: Record, role: Role, running: bool) -> Trace:
     assert record.y is not None
-    t = record.t_s - record.t_s[0]
-    rows = np.rint(t / record.step_s).astype(np.int64)
-    step = float(t[-1] / rows[-1])
-    rows = np.rint(t / step).astype(np.int64)
+    rows = record.places
+    step = float((record.t_s[-1] - record.t_s[0]) / rows[-1])
     size = int(rows[-1]) + 1
     if size > rows.size / (1 - GRID_GAP_MAX):
         raise InputError(f"{path}: most rows are missing between {record.t_s[0]:g} s and its end")
@@ -456,12 +454,17 @@ def _bridge_error(u: Array, gap: int, kind: str) -> float:
 
 
 def _faults(trace: Trace) -> list[dict[str, Any]]:
+    """As diagnosis.json lists them; jitter, which is seldom in few rows, as one from end to end."""
     record = trace.record
+    faults = [f for f in record.faults if f.kind != "jitter"]
+    shaken = [f for f in record.faults if f.kind == "jitter"]
+    if shaken:
+        faults.append(replace(shaken[0], last=shaken[-1].last))
     return [
         {
             "record": trace.name,
             "rows": [record.line(f.first), record.line(f.last)],
             "kind": f.kind,
         }
-        for f in record.faults
+        for f in faults
     ]
