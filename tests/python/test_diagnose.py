@@ -655,6 +655,17 @@ def test_duplicates_and_jitter_change_no_verdict(share: float, quiet: Path, tmp_
     assert len(shaken) == len([*case.rglob("*.csv")]), "once per record"
 
 
+def test_one_absurd_value_is_named_and_changes_no_verdict(
+    found: Diagnosis, folder: Path, tmp_path: Path
+) -> None:
+    case = copy(folder / "creep", tmp_path)
+    change(case / "train" / "decaying.csv", y_um=lambda f: f["y_um"].where(f.index != 99, 1e6))
+    spoilt = content(case)
+    assert {"record": "decaying", "rows": [101, 101], "kind": "outlier"} in spoilt["data_faults"]
+    assert spoilt["verdict"]["effects"] == found["verdict"]["effects"]
+    assert spoilt["gap"]["rms_um"] == pytest.approx(found["gap"]["rms_um"], rel=0.01)
+
+
 # -- bad input ----------------------------------------------------------------------------------
 
 

@@ -201,6 +201,36 @@ def test_stuck_and_clipped_values_are_found_backlash_and_dwell_are_not() -> None
     assert faults(dwell) == []
 
 
+@pytest.mark.parametrize("row", [0, 1, 99, N - 1])
+def test_a_single_value_many_strokes_away_is_an_outlier(row: int) -> None:
+    def leap(t: np.ndarray, u: np.ndarray, y: np.ndarray) -> None:
+        y[row] = 1e6
+
+    def clipped_too(t: np.ndarray, u: np.ndarray, y: np.ndarray) -> None:
+        np.minimum(y, 3.5, out=y)
+        y[row] = 1e6
+
+    assert faults(leap) == [("outlier", row, row)]
+    assert {kind for kind, *_ in faults(clipped_too)} == {"outlier", "clipped"}
+
+
+def test_what_the_command_or_noise_makes_is_no_outlier() -> None:
+    rng = np.random.default_rng(3)
+
+    def pulses(t: np.ndarray, u: np.ndarray, y: np.ndarray) -> None:
+        u[:] = 40.0 * (np.arange(N) % 50 == 20)
+        y[:] = 0.75 * np.roll(u, 1) + 0.01 * rng.standard_normal(N)
+
+    def alternating(t: np.ndarray, u: np.ndarray, y: np.ndarray) -> None:
+        y[:] = 100.0 * (-1.0) ** np.arange(N)
+
+    def heavy_tails(t: np.ndarray, u: np.ndarray, y: np.ndarray) -> None:
+        y[:] = rng.standard_t(4, N)
+
+    for change in (pulses, alternating, heavy_tails):
+        assert not [f for f in faults(change) if f[0] == "outlier"]
+
+
 def ringing(n: int, per_period: float, decay: float) -> np.ndarray:
     k = np.arange(n)
     return np.round(1e3 * np.cos(2 * np.pi * k / per_period) * np.exp(-(k % 300) / decay))

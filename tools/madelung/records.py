@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 Rows = NDArray[np.intp]
-FaultKind = Literal["gap", "duplicate", "jitter", "stuck", "clipped"]
+FaultKind = Literal["gap", "duplicate", "jitter", "stuck", "clipped", "outlier"]
 
 SAMPLES_MIN = 10
 JITTER_SHARE = 0.05
@@ -30,6 +30,8 @@ STEADY_ROWS = 0.9
 a row that is missing bends them by a whole step."""
 TIME_RESOLUTION_S = 1e-6
 """Time stamps are taken to be rounded to this."""
+OUTLIER_STROKES = 10.0
+"""y that leaps by so many times the way of all other rows, in one row alone, was not moved."""
 FLAT_SAMPLES = 5
 """So many equal values of y in a row, while u moves on, are stuck or clipped."""
 FLAT_SHARE = 0.02
@@ -62,7 +64,7 @@ class Fault:
     kind
         ``gap`` (samples missing before these), ``duplicate`` (the time of the sample before),
         ``jitter`` (off its place in time), ``stuck`` (y does not move while u does), ``clipped``
-        (likewise, at the end of y's range).
+        (likewise, at the end of y's range), ``outlier`` (see `OUTLIER_STROKES`).
     first, last
         Samples of the record, from 0, both included.
     """
@@ -122,7 +124,7 @@ class Record:
 
     @property
     def sound(self) -> NDArray[np.bool_]:
-        """False on duplicates and where y is stuck or clipped, shape (n,).
+        """False on duplicates and where y is stuck, clipped or an outlier, shape (n,).
 
         Gaps and jitter concern the time between samples; the samples themselves are good.
         """
@@ -154,6 +156,7 @@ _FAULT_TEXT: dict[FaultKind, str] = {
     "jitter": "that are off their place in time",
     "stuck": "in which y is stuck while u moves",
     "clipped": "in which y is clipped",
+    "outlier": "in which y leaps by many strokes and back",
 }
 
 
@@ -372,8 +375,27 @@ def _faults(t: Floats, u: Floats, y: Floats | None) -> Iterator[Fault]:
     off = np.abs(steps - passed * step) > JITTER_SHARE * step + TIME_RESOLUTION_S
     yield from _runs("jitter", off & (steps > 0.0), 1)
     if y is not None:
+        calm = _middle(y)
+        leaps = _leaps(u, y, calm)
+        yield from _runs("outlier", leaps, 0)
+        y = np.where(leaps, calm, y)  # a leap is not the end of y's range
         runs = _equal(y)
         yield from sorted([*_flat(u, y, runs), *_cut_peaks(u, y, runs)], key=lambda f: f.first)
+
+
+def _middle(values: Floats) -> Floats:
+    """The running median of three rows, shape (n,)."""
+    a, b, c = values[:-2], values[1:-1], values[2:]
+    inner = np.maximum(np.minimum(a, b), np.minimum(np.maximum(a, b), c))
+    return np.concatenate([inner[:1], inner, inner[-1:]])
+
+
+def _leaps(u: Floats, y: Floats, calm: Floats) -> NDArray[np.bool_]:
+    """Rows of outliers; none where the command itself leaps in single rows."""
+    way = np.ptp(calm)
+    if way == 0.0 or np.ptp(_middle(u)) < 0.5 * np.ptp(u):
+        return np.zeros(y.size, np.bool_)
+    return np.asarray(np.abs(y - calm) > OUTLIER_STROKES * way)
 
 
 def _equal(y: Floats) -> tuple[Rows, Rows]:
