@@ -666,6 +666,33 @@ def test_one_absurd_value_is_named_and_changes_no_verdict(
     assert spoilt["gap"]["rms_um"] == pytest.approx(found["gap"]["rms_um"], rel=0.01)
 
 
+@pytest.mark.parametrize(
+    ("place", "named", "column", "times"),
+    [
+        ("train", "y_um", "y_nm", 1e-3),
+        ("train", "u_V", "u_mV", 1e3),
+        ("holdout", "y_um", "y_mm", 1e3),
+    ],
+)
+def test_a_record_in_another_unit_than_its_header_says_is_named(
+    place: str, named: str, column: str, times: float, quiet: Path, tmp_path: Path
+) -> None:
+    case = copy(quiet, tmp_path)
+    path = case / place / "steps.csv"
+    pd.read_csv(path).rename(columns={named: column}).to_csv(path, index=False)
+    (warning,) = load_case(case).warnings
+    told, _, rest = warning.removeprefix(f"{path}: y moves ").partition(" times as far per volt")
+    assert float(told) == pytest.approx(times, rel=0.5) and "is a unit wrong" in rest
+
+
+def test_values_many_strokes_away_are_named(quiet: Path, tmp_path: Path) -> None:
+    case = copy(quiet, tmp_path)
+    path = case / "train" / "decaying.csv"
+    change(path, y_um=lambda f: f["y_um"] + 400.0 * (f.index // 10 == 30))
+    (warning,) = load_case(case).warnings
+    assert warning.startswith(f"{path}: row 302: y is 4") and "10 strokes away" in warning
+
+
 # -- bad input ----------------------------------------------------------------------------------
 
 

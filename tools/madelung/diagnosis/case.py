@@ -30,6 +30,11 @@ KEYS = "device u_min_V u_max_V y_unit adc_bits dac_bits running known exclude".s
 """Of case.json."""
 BITS_MAX = 32
 """Of a converter; 0 where there is none."""
+GAIN_TIMES_MAX = 100.0
+"""y that moves so many times as far per volt as in identify.csv, or as little, is in another unit:
+units are 1000 apart; a resonance, or a lag, comes to less."""
+AWAY_STROKES = 10.0
+"""y so far beyond what identify.csv shows is another quantity, or in another unit."""
 ENDS_SHARE = 0.002
 """A running record has been at an end when this share of its swing is left."""
 GRID_GAP_MAX = 0.5
@@ -161,6 +166,7 @@ def load_case(folder: Path, flashed: bool = False) -> Case:
         ends = (head["u_min_V"], head["u_max_V"])
         mend = "mend u_min_V and u_max_V in case.json, or record the whole range"
         warnings += check_reach(f"{identify.record.name}: reaches", _ends(identify), ends, mend)
+    warnings += [w for t in (*train, *holdout) for w in _in_other_units(identify, t)]
     warnings += _repeated(train, holdout)
     if aside or not holdout:
         warnings.append(_without_holdout(folder / "holdout", aside))
@@ -191,6 +197,31 @@ def load_case(folder: Path, flashed: bool = False) -> Case:
 
 def _ends(trace: Trace) -> tuple[float, float]:
     return float(trace.u_V.min()), float(trace.u_V.max())
+
+
+def _in_other_units(identify: Trace, trace: Trace) -> Iterator[str]:
+    """What can be diagnosed, and is hardly what the user means."""
+    ratio = _um_per_V(trace) / max(_um_per_V(identify), 1e-9)
+    if not 1 / GAIN_TIMES_MAX < ratio < GAIN_TIMES_MAX:
+        yield (
+            f"{trace.record.name}: y moves {ratio:.2g} times as far per volt as in "
+            f"{identify.record.name}: is a unit wrong in one of them?"
+        )
+        return
+    y, low, high = trace.record.y, identify.y_um.min(), identify.y_um.max()
+    assert y is not None
+    away = np.maximum(y - high, low - y) > AWAY_STROKES * (high - low)
+    away &= trace.record.sound
+    if away.any():
+        row = _first(away)
+        yield (
+            f"{trace.record.name}: row {trace.record.line(row)}: y is {y[row]:g} um, more than "
+            f"{AWAY_STROKES:g} strokes away from {identify.record.name}: is its unit wrong?"
+        )
+
+
+def _um_per_V(trace: Trace) -> float:
+    return float(np.ptp(trace.y_um) / np.ptp(trace.u_V))
 
 
 def _without_holdout(folder: Path, aside: Sequence[str]) -> str:
