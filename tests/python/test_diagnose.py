@@ -2,6 +2,7 @@
 
 import codecs
 import json
+import os
 import shutil
 from collections.abc import Iterator
 from dataclasses import replace
@@ -524,6 +525,19 @@ def test_results_take_the_place_of_earlier_ones_and_of_nothing_else(
     with pytest.raises(SystemExit) as end:
         run(patch, case, out, "--check")
     assert end.value.code == 2 and "of no diagnosis" in capsys.readouterr().err
+
+
+def test_what_a_killed_run_left_is_removed_and_nothing_else(
+    quiet: Path, patch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    names = (".out.madelung-stale", ".out.madelung-young", ".out.mine", ".other.madelung-old")
+    for name in names:
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "diagnosis.json").touch()
+        if "young" not in name:
+            os.utime(tmp_path / name, (0, 0))
+    run(patch, copy(quiet, tmp_path), tmp_path / "out", "--check")
+    assert {p.name for p in tmp_path.iterdir()} == {"case", "out", *names[1:]}
 
 
 def test_model_of_another_range_is_refused(

@@ -6,8 +6,9 @@ import json
 import platform
 import shutil
 import tempfile
+import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +29,8 @@ from madelung.files import write_atomically
 from madelung.model import Model
 from madelung.path import SignalPath, augmented_model
 from madelung.records import write_columns
+
+STALE_S = 3600.0
 
 
 def write(out: Path, case: Case, found: Diagnosis, command: str, seed: int) -> dict[str, Any]:
@@ -77,9 +80,11 @@ def _file(trace: Trace) -> dict[str, Any]:
 @contextmanager
 def _folder(out: Path) -> Iterator[Path]:
     """A folder beside ``out`` whose content takes its place when the block ends well."""
+    prefix = f".{out.name}.madelung-"
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
-        part = Path(tempfile.mkdtemp(prefix=f".{out.name}.", dir=out.parent))
+        _remove_stale(out.parent, prefix)
+        part = Path(tempfile.mkdtemp(prefix=prefix, dir=out.parent))
     except OSError as error:
         raise InputError(f"{out}: cannot be made: {error.strerror}") from error
     try:
@@ -93,6 +98,14 @@ def _folder(out: Path) -> Iterator[Path]:
         raise InputError(f"{out}: cannot be written: {error.strerror or error}") from error
     finally:
         shutil.rmtree(part, ignore_errors=True)
+
+
+def _remove_stale(folder: Path, prefix: str) -> None:
+    """What killed runs left; writing takes seconds, so none of a living one is an hour old."""
+    with suppress(OSError):  # tidying is not what was asked for
+        for old in folder.iterdir():
+            if old.name.startswith(prefix) and time.time() - old.lstat().st_mtime > STALE_S:
+                shutil.rmtree(old, ignore_errors=True)
 
 
 def _exchange(part: Path, out: Path) -> None:
