@@ -754,6 +754,26 @@ def test_a_line_at_half_a_records_rate_is_fitted_and_counts_as_steady() -> None:
     assert steady(seen, fit)
 
 
+def test_a_false_line_goes_when_what_caused_it_joins() -> None:
+    """A true one of 40 Hz, and one of 90 Hz that only one record shows."""
+    given = records()
+    size = {"fast": (0.1, 0.1), "biased": (0.1, 0.0)}
+
+    def disturbed(t: Trace) -> Trace:
+        wave = [np.sin(2 * np.pi * f * t.t_s) for f in (40.0, 90.0)]
+        return replace(t, y_um=t.y_um + np.dot(size[t.name], wave))
+
+    seen = problem([given[0], *(disturbed(t) for t in given[1:])])
+    engine = Engine(seen, FORMS, 1, lambda _: None)
+    both = line_form((40.0, 90.0), ("fast", "biased"), SCALES)
+    fit = seen.fit((form("delay"), both), acting(form("delay")) | both.starts(SCALES)[0], BETA)
+    assert not steady(seen, fit)
+    left = engine._without_false_lines(fit)
+    assert left.effects == fit.effects and steady(seen, left)
+    assert [left.values[k] for k in left.values if k.startswith("freq")] == pytest.approx([40.0])
+    assert engine._without_false_lines(left) is left
+
+
 def test_what_slow_records_show_folded_to_the_bottom_is_a_drift_and_no_line() -> None:
     def one(name: str, hz: float, size: float) -> Trace:
         t = np.arange(6000) / hz

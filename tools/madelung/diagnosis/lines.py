@@ -108,22 +108,32 @@ def steady(problem: Problem, fit: Fit) -> bool:
 
     What the command causes, and a model that is not quite right, differ from record to record.
     """
-    forms = [f for f in fit.forms if f.effect == "periodic_disturbance"]
-    keys = [k for f in forms for k in f.keys if k.startswith("cos")]
-    traces = [t for t in problem.traces if t.role == "train"]
-    for line in {k.split(":", 1)[0][3:] for k in keys}:
-        told = [_amplitude(problem, fit, line, t) for t in traces]
-        amps, shown, errors = np.array(told).T
-        if np.linalg.norm(shown) < LINE_PROVEN:
-            return False  # what it explains it explains where it may be something else
-        weights = 1 / np.square(errors)
-        if not weights.any():
-            continue
-        typical = float(np.average(amps, weights=weights))
-        spread = amps[typical > LINE_SEEN * errors] / typical
-        if np.any(spread < 1 / LINE_SPREAD) or np.any(spread > LINE_SPREAD):
-            return False
-    return True
+    return all(_is_steady(problem, fit, line) for line in _lines(fit))
+
+
+def steady_hz(problem: Problem, fit: Fit) -> tuple[float, ...]:
+    """Frequencies of the lines that have (Hz)."""
+    return tuple(
+        fit.values[f"freq{line}_hz"] for line in _lines(fit) if _is_steady(problem, fit, line)
+    )
+
+
+def _lines(fit: Fit) -> list[str]:
+    """What their keys are told apart by."""
+    return [k[4:-3] for k in fit.values if k.startswith("freq")]
+
+
+def _is_steady(problem: Problem, fit: Fit, line: str) -> bool:
+    told = [_amplitude(problem, fit, line, t) for t in problem.traces if t.role == "train"]
+    amps, shown, errors = np.array(told).T
+    if np.linalg.norm(shown) < LINE_PROVEN:
+        return False  # what it explains it explains where it may be something else
+    weights = 1 / np.square(errors)
+    if not weights.any():
+        return True
+    typical = float(np.average(amps, weights=weights))
+    spread = amps[typical > LINE_SEEN * errors] / typical
+    return bool(np.all(spread >= 1 / LINE_SPREAD) and np.all(spread <= LINE_SPREAD))
 
 
 def _amplitude(problem: Problem, fit: Fit, line: str, trace: Trace) -> tuple[float, float, float]:

@@ -22,7 +22,7 @@ from madelung.diagnosis.effects.form import Form
 from madelung.diagnosis.effects.mechanics import creep_tau_s
 from madelung.diagnosis.effects.sensor import line_form
 from madelung.diagnosis.fit import ITERATIONS, Fit, Probe, Problem
-from madelung.diagnosis.lines import peaks, steady
+from madelung.diagnosis.lines import peaks, steady, steady_hz
 from madelung.diagnosis.noise import proven_fall
 from madelung.diagnosis.vocabulary import EFFECTS
 
@@ -100,6 +100,7 @@ EXCHANGE_FORMS = 3
 EXCHANGE_TRIES = 2
 EXCHANGE_SLACK = 0.3
 """A form that is this share of the excess worse after a few steps is not fitted to the end."""
+LINES = "periodic_disturbance"
 BENT = frozenset({"asymmetry", "non_masing"})
 """Loops that are not symmetric bend minor loops too: one effect, not two (diagnose.md)."""
 DAMPING_SHARE = 0.95
@@ -491,6 +492,8 @@ class Engine:
                 tries,
             )
         )
+        if LINES in parent.effects:
+            rough = self.map(self._without_false_lines, rough)
         rough = [f for f in rough if steady(self.problem, f) and _joins_plausibly(f, parent)]
         if not rough:
             return []
@@ -540,10 +543,21 @@ class Engine:
 
     def _lines(self, parent: Fit) -> list[Form]:
         found = peaks(self.problem, parent.residual)
+        return [self._line_form(tuple(found[: k + 1])) for k in range(len(found))]
+
+    def _line_form(self, freq_hz: tuple[float, ...]) -> Form:
         names = tuple(t.name for t in self.problem.traces if t.role != "identify")
-        return [
-            line_form(tuple(found[: k + 1]), names, self.problem.scales) for k in range(len(found))
-        ]
+        return line_form(freq_hz, names, self.problem.scales)
+
+    def _without_false_lines(self, fit: Fit) -> Fit:
+        """Without lines that were what another effect, which has joined them, explains."""
+        kept = steady_hz(self.problem, fit)
+        if steady(self.problem, fit) or not kept:
+            return fit
+        lines = self._line_form(kept)
+        forms = tuple(lines if f.effect == LINES else f for f in fit.forms)
+        start = fit.values | lines.starts(self.problem.scales)[0]
+        return self.problem.fit(forms, start, fit.beta, ROUGH_ITERATIONS)
 
     def alternatives(self, search: Search) -> list[Fit]:
         """Other hypotheses of no more effects than the best, by their score."""
