@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from diagnose_cases import commands
+from diagnose_cases import STAGE, commands
 from typer.testing import CliRunner
 
 from madelung import cli
@@ -45,7 +45,8 @@ def small(folder: Path, *names: str) -> Path:
     folder.mkdir()
     for index, name in enumerate(names):
         effects = {} if name == "none" else {name: 1.0}
-        labels = make_case(folder / f"case_{name}", effects, index, every=commands())
+        case = folder / f"case_{name}"
+        labels = make_case(case, effects, index, stage=STAGE, every=commands())
         (folder / f"case_{name}.labels.json").write_text(json.dumps(labels))
     return folder
 
