@@ -75,6 +75,12 @@ def changed(status: str, **verdict: Any) -> dict[str, Any]:
     return d
 
 
+def untested(**why: Any) -> dict[str, Any]:
+    """The same with no effect looked for: ``checked``, or ``good_enough_below_percent``."""
+    status = "no_gap" if "good_enough_below_percent" in why else "unknown"
+    return changed(status, confidence=0.0, remainder_share=1.0) | {"ranking": []} | why
+
+
 def views() -> list[View]:
     """A train and a hold-out record, the latter with a hostile name."""
     t = np.arange(6000) * 1e-3

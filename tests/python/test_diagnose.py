@@ -397,6 +397,10 @@ def test_tolerance_stops_when_good_enough(folder: Path, found: Diagnosis) -> Non
     enough = content(folder / "creep", tolerance_percent=1.1 * percent)
     assert enough["verdict"]["effects"] == [] and enough["ranking"] == []
     assert enough["gap"] == found["gap"]
+    assert enough["good_enough_below_percent"] == 1.1 * percent
+    # Nothing was looked for: no claim of what could not be seen, no excitation that is missing.
+    assert enough["next_experiment"] is None and enough["warnings"] == found["warnings"]
+    assert found["good_enough_below_percent"] is None
 
 
 def test_the_monitor_settles_the_input_box(tmp_path: Path) -> None:

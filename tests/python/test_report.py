@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from PIL import Image
-from report_cases import HOSTILE, NOISE, changed, diagnosis, hostile, views
+from report_cases import HOSTILE, NOISE, changed, diagnosis, hostile, untested, views
 from rich.console import Console
 
 from madelung.diagnosis.pictures import NAMES, View, draw
@@ -96,6 +96,10 @@ def test_the_diagnosis_of_these_tests_fits_the_contract() -> None:
         ),
         (changed("unknown", candidates=["creep"]), "What is proven all the same: creep."),
         (changed("no_gap"), "There is no gap that this campaign could show: the baseline misses"),
+        (
+            untested(good_enough_below_percent=5.0),
+            "Good enough: the gap is 2.1 % of the stroke, below the 5 % that --tolerance allows.",
+        ),
     ],
 )
 def test_verdict_in_a_sentence(d: dict[str, Any], said: str) -> None:
@@ -158,14 +162,24 @@ def test_terminal_tells_what_matters() -> None:
 
 
 def test_a_check_tells_sizes_and_no_verdict(tmp_path: Path) -> None:
-    d = diagnosis() | {"checked": True, "ranking": []}
-    d["verdict"] = {**d["verdict"], "status": "unknown", "effects": [], "candidates": []}
+    d = untested(checked=True)
     text = " ".join(text_of(d, 100).split())
     assert text.startswith("Checked only, no effect was fitted: the baseline misses")
     assert "Could be seen from:" in text and "delay 12 us" in text
     assert "unexplained" not in text and "How far" not in text
-    page = page_of(tmp_path, d).text
-    assert "without --check" in page and "How far it shrinks" not in page
+    page = page_of(tmp_path, d)
+    assert "without --check" in page.text and "How far it shrinks" not in page.text
+    assert "Checked only" in page.text and ("div", {"class": "answer checked"}) in page.tags
+
+
+def test_good_enough_claims_no_more_than_that(tmp_path: Path) -> None:
+    d = untested(good_enough_below_percent=5.0)
+    assert "How far" not in text_of(d, 100)
+    page = page_of(tmp_path, d)
+    assert ("div", {"class": "answer good_enough"}) in page.tags
+    assert "Good enough" in page.text and "without --tolerance" in page.text
+    for claim in ("no gap", "No gap", "predicts what was measured", "How far it shrinks"):
+        assert claim not in page.text, claim
 
 
 def test_hostile_names_do_not_steer_the_terminal() -> None:

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from report_cases import HOSTILE, changed, diagnosis, entry, hostile
+from report_cases import HOSTILE, changed, diagnosis, entry, hostile, untested
 from test_report import Page
 from typer.testing import CliRunner
 
@@ -75,6 +75,20 @@ def test_a_batch(tmp_path: Path) -> None:
     for i in range(4):  # folders of the same name are told by their path
         assert f"{i}/out" in page.text
     assert "candidate" in page.text and "found" in page.text
+
+
+@pytest.mark.parametrize("why", [{"checked": True}, {"good_enough_below_percent": 5.0}])
+def test_what_was_not_looked_for_is_not_gone(why: dict[str, Any], tmp_path: Path) -> None:
+    outs = [kept(tmp_path / "a", diagnosis()), kept(tmp_path / "b", untested(**why))]
+    page = page_of(tmp_path, *outs)
+    assert f"card {next(iter(why)).removesuffix('_below_percent')}" in [
+        a["class"] for t, a in page.tags if t == "section"
+    ]
+    assert "not tested; would show from: 12 us, shift" in page.text
+    assert "Delay was not looked for again. Before: delay = 0.4 ms" in page.text
+    assert "Unknown cause" not in page.text and " is gone" not in page.text
+    back = page_of(tmp_path, *reversed(outs))
+    assert "Delay is found; it was not looked for before. delay = 0.4 ms" in back.text
 
 
 def test_hostile_names_are_shown_and_not_run(tmp_path: Path) -> None:

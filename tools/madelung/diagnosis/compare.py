@@ -14,6 +14,7 @@ from madelung.diagnosis.page import render
 from madelung.diagnosis.report import (
     FILTERS,
     STATUS,
+    UNTESTED,
     Bar,
     Diagnosis,
     Quantity,
@@ -25,6 +26,7 @@ from madelung.diagnosis.report import (
     sentence_of_where,
     short,
     spoken,
+    state,
     unseen,
 )
 from madelung.diagnosis.vocabulary import EFFECTS
@@ -43,6 +45,8 @@ class Compared:
     ----------
     name, device, link
         Folder, what was diagnosed, address of its report ('' where there is none).
+    status
+        A key of `STATUS`.
     found, possible
         Effects of the verdict, candidates.
     sizes
@@ -50,7 +54,8 @@ class Compared:
     seen_from
         By effect: the smallest size that this campaign could have shown.
     before_um, after_um, floor_um
-        Rms on the hold-out; without one before is that of the train records, after None.
+        Rms on the hold-out; without one before is that of the train records, after None, as it
+        is where nothing was fitted.
     gap_um, percent_of_stroke
         Rms of the gap on the train records.
     """
@@ -75,6 +80,11 @@ class Compared:
     def badge(self) -> str:
         """The status in words."""
         return STATUS[self.status]
+
+    @property
+    def tested(self) -> bool:
+        """Whether effects were looked for."""
+        return self.status not in UNTESTED
 
 
 @dataclass(frozen=True)
@@ -133,12 +143,13 @@ def _compared(out: Path, name: str, d: Diagnosis, beside: Path) -> Compared:
     verdict, shrink, gap = d["verdict"], d["shrink"], d["gap"]
     case = d.get("case", {})
     page = out / "report.html"
+    status = {s: s for s in STATUS}[state(d)]
     parts = [e for several in verdict["effects"] for e in several.split("+")]
     return Compared(
         name=short(name),
         device=short(case.get("device", "") if isinstance(case, dict) else case),
         link=quote(os.path.relpath(page, beside)) if page.exists() else "",
-        status={s: s for s in STATUS}[verdict["status"]],
+        status=status,
         verdict=sentence_of_verdict(d),
         where=sentence_of_where(d),
         found=parts,
@@ -146,7 +157,9 @@ def _compared(out: Path, name: str, d: Diagnosis, beside: Path) -> Compared:
         sizes={e: q for e, q in main_parameters(d).items() if e in named_effects(d)},
         seen_from={e: f"{size}, {what}".rstrip(", ") for e, size, what in unseen(d)},
         before_um=float(shrink["rms_before_um"] if shrink["records"] else gap["rms_um"]),
-        after_um=float(shrink["rms_after_um"]) if shrink["records"] else None,
+        after_um=(
+            float(shrink["rms_after_um"]) if shrink["records"] and status not in UNTESTED else None
+        ),
         floor_um=float(gap["noise_floor_um"]),
         gap_um=float(gap["rms_um"]),
         percent_of_stroke=float(gap["percent_of_stroke"]),
@@ -167,7 +180,11 @@ def changes(first: Compared, second: Compared) -> list[str]:
     for effect in dict.fromkeys([*first.found, *second.found]):
         name = spoken(effect).capitalize()
         before, after = (_size(c, effect) for c in (first, second))
-        if effect not in first.found:
+        if not first.tested:
+            said.append(f"{name} is found; it was not looked for before.{after}")
+        elif not second.tested:
+            said.append(f"{name} was not looked for again. Before:{before or ' -'}")
+        elif effect not in first.found:
             said.append(f"{name} is new.{after}")
         elif effect in second.found:
             said.append(f"{name} stays. Before:{before or ' -'} After:{after or ' -'}")

@@ -141,11 +141,15 @@ def diagnose(case: Case, options: Options, progress: Progress = lambda _: None) 
         "detectable": detectable(rough, search.null, list(engine.forms)),
         "detectable_units": {e: SIZES[e][0] for e in EFFECTS},
         "checked": options.check,
-        "next_experiment": None if options.check else next_experiment(verdict, scales),
+        "good_enough_below_percent": options.tolerance_percent if good else None,
+        "next_experiment": (
+            None if options.check or good else next_experiment(verdict, scales)
+        ),
         "warnings": [
             *case.warnings,
             *([] if options.check or good else contradicted(case, rough, search.best)),
-            *_warnings(case, noise, verdict, options, good, outsider),
+            *_warnings(case, noise, verdict, outsider),
+            *([] if options.check or good else _unseen(verdict)),
         ],
         "noise": {
             "white_um": noise.white_um,
@@ -412,16 +416,9 @@ def _beyond(case: Case, trace: Trace) -> str | None:
 
 
 def _warnings(
-    case: Case,
-    noise: Noise,
-    verdict: Verdict,
-    options: Options,
-    good: bool,
-    outsider: Outsider | None,
+    case: Case, noise: Noise, verdict: Verdict, outsider: Outsider | None
 ) -> list[str]:
     said = []
-    if good:
-        said.append(f"good enough: the gap is below {options.tolerance_percent:g} % of the stroke")
     monitor = monitor_fault(case)
     if monitor is not None:
         said.append(monitor)
@@ -432,6 +429,10 @@ def _warnings(
         said.append(
             f"not named, but the records are explained better by it: {_told(outsider, verdict)}"
         )
-    if verdict.status == "no_gap" and not options.check:
-        said.append("effects below the sizes under `detectable` could not have been seen")
     return said
+
+
+def _unseen(verdict: Verdict) -> list[str]:
+    if verdict.status != "no_gap":
+        return []
+    return ["effects below the sizes under `detectable` could not have been seen"]

@@ -3,7 +3,8 @@
 Beside the keys of diagnosis.schema.json these are shown where they are there: ``case`` (object or
 text), ``records``, ``versions``, ``seed``, ``command``, ``warnings``, ``where[].sentence``,
 ``ranking[].rms_um_ci95``, ``shrink.regions[]`` with ``rms_before_um`` and ``rms_after_um``, and
-everything in ``next_experiment``, and ``checked``: no effect was fitted.
+everything in ``next_experiment``, ``checked`` and ``good_enough_below_percent``: no effect was
+fitted, because that was asked for or because the gap is below the tolerance.
 """
 
 from __future__ import annotations
@@ -46,7 +47,12 @@ STATUS = {
     "ambiguous": "Ambiguous",
     "unknown": "Unknown cause",
     "no_gap": "No gap",
+    "good_enough": "Good enough",
+    "checked": "Checked only",
 }
+"""By `state`."""
+UNTESTED = ("good_enough", "checked")
+"""States in which no effect was fitted."""
 NAME_MAX = 120
 TEXT_MAX = 2000
 """Characters of a name and of a text from outside that the page shows."""
@@ -72,11 +78,23 @@ def listed(names: Sequence[str], last: str = "and") -> str:
     return said[0] if len(said) == 1 else f"{', '.join(said[:-1])} {last} {said[-1]}"
 
 
+def state(diagnosis: Diagnosis) -> str:
+    """The verdict's status, or why no effect was looked for: a key of `STATUS`."""
+    if diagnosis.get("good_enough_below_percent") is not None:
+        return "good_enough"
+    return "checked" if diagnosis.get("checked") else str(diagnosis["verdict"]["status"])
+
+
 def sentence_of_verdict(diagnosis: Diagnosis) -> str:
     """What was found, in a sentence or two, with the confidence."""
     verdict, gap = diagnosis["verdict"], diagnosis["gap"]
     effects, candidates = verdict["effects"], verdict["candidates"]
-    if diagnosis.get("checked"):
+    if state(diagnosis) == "good_enough":
+        return (
+            f"Good enough: the gap is {gap['percent_of_stroke']:.3g} % of the stroke, below the "
+            f"{diagnosis['good_enough_below_percent']:g} % that --tolerance allows."
+        )
+    if state(diagnosis) == "checked":
         return (
             f"Checked only, no effect was fitted: the baseline misses {gap['rms_um']:.3g} um rms, "
             f"the noise floor is {gap['noise_floor_um']:.3g} um."
@@ -308,7 +326,7 @@ def terminal(diagnosis: Diagnosis) -> _Lines:
     ]
     if diagnosis.get("checked"):
         said.append((f"Could be seen from: {sentence_of_unseen(diagnosis)}", ""))
-    else:
+    elif state(diagnosis) not in UNTESTED:
         said.append((f"How far: {sentence_of_shrink(diagnosis)}", ""))
     for q in quantities(diagnosis)[:4]:
         said.append((f"  {q.effect}: {q.said}", "cyan"))
@@ -435,14 +453,15 @@ def _context(out: Path, diagnosis: Diagnosis) -> dict[str, Any]:
     faults = diagnosis.get("data_faults", [])
     case = diagnosis.get("case", {})
     case = case if isinstance(case, Mapping) else {"device": case}
-    status = diagnosis["verdict"]["status"]
+    status = state(diagnosis)
     seed = diagnosis.get("seed")
     repeat = "madelung diagnose CASE_DIR -o OUT_DIR" + ("" if seed is None else f" --seed {seed}")
     return {
         "d": diagnosis,
         "device": short(case.get("device", "")),
         "status": status,
-        "badge": "Checked only" if diagnosis.get("checked") else STATUS[status],
+        "badge": STATUS[status],
+        "tested": status not in UNTESTED,
         "verdict": sentence_of_verdict(diagnosis),
         "where": sentence_of_where(diagnosis),
         "also": [_told(r) for r in diagnosis["where"][1:3]],
