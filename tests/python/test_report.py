@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from PIL import Image
-from report_cases import HOSTILE, NOISE, changed, diagnosis, hostile, untested, views
+from report_cases import HOSTILE, NOISE, changed, diagnosis, entry, hostile, untested, views
 from rich.console import Console
 
 from madelung.diagnosis.pictures import NAMES, View, draw
@@ -159,6 +159,17 @@ def test_terminal_tells_what_matters() -> None:
     assert "switch the creep block on" in text
     assert "Next experiment: creep and drift differ: waveform steps, rate 200 Hz" in text
     assert "Data faults: 1 in one record" in text
+
+
+@pytest.mark.parametrize("width", [60, 80, 100])
+def test_the_first_parameter_of_every_cause_goes_before_the_others(width: int) -> None:
+    d = diagnosis()
+    d["verdict"]["effects"] = ["creep", "delay"]
+    gains = {f"gain_at_{t}_s": 0.01 for t in (0.00316, 0.01, 0.0316, 0.1, 0.316, 1, 3.16, 10)}
+    d["ranking"][1] = entry("creep", 0.0101, 0.998, creep_per_decade=0.012, **gains)
+    text = text_of(d, width)
+    assert text.index("creep: creep") < text.index("delay: delay") < text.index("gain at 0.00316 s")
+    assert "Data faults: 1" in text and len(text.splitlines()) <= LINES_MAX
 
 
 def test_a_check_tells_sizes_and_no_verdict(tmp_path: Path) -> None:

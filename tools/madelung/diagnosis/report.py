@@ -299,48 +299,74 @@ def _inline(value: Mapping[str, Any]) -> str:
 # -- terminal ---------------------------------------------------------------------------------
 
 
+@dataclass(frozen=True)
+class _Paragraph:
+    text: str
+    style: str = ""
+    spare: bool = False
+    """Left out where the lines are too few for all."""
+
+
 class _Lines:
     """Paragraphs that together take at most `LINES_MAX` lines, whatever the width."""
 
-    def __init__(self, paragraphs: list[tuple[str, str]]) -> None:
+    def __init__(self, paragraphs: list[_Paragraph]) -> None:
         self.paragraphs = paragraphs
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
         from rich.text import Text
 
-        lines: list[Text] = []
-        for text, style in self.paragraphs:
-            wrapped = Text(printable(text), style).wrap(console, options.max_width)
-            if len(lines) + len(wrapped) > LINES_MAX:
+        told = [
+            (Text(printable(p.text), p.style).wrap(console, options.max_width), p.spare)
+            for p in self.paragraphs
+        ]
+        room = LINES_MAX - sum(len(wrapped) for wrapped, spare in told if not spare)
+        count = 0
+        for wrapped, spare in told:
+            if spare:
+                room -= len(wrapped)
+                if room < 0:
+                    continue
+            if count + len(wrapped) > LINES_MAX:
                 break
-            lines += wrapped
-        yield from lines
+            count += len(wrapped)
+            yield from wrapped
 
 
 def terminal(diagnosis: Diagnosis) -> _Lines:
     """The diagnosis in at most twenty lines, for rich's `Console.print`, without its warnings."""
     said = [
-        (sentence_of_verdict(diagnosis), "bold"),
-        (f"Where: {sentence_of_where(diagnosis)}", ""),
-        *((f"       {_told(r)}" + ".", "dim") for r in diagnosis["where"][1:3]),
+        _Paragraph(sentence_of_verdict(diagnosis), "bold"),
+        _Paragraph(f"Where: {sentence_of_where(diagnosis)}"),
+        *(_Paragraph(f"       {_told(r)}.", "dim") for r in diagnosis["where"][1:3]),
     ]
     if diagnosis.get("checked"):
-        said.append((f"Could be seen from: {sentence_of_unseen(diagnosis)}", ""))
+        said.append(_Paragraph(f"Could be seen from: {sentence_of_unseen(diagnosis)}"))
     elif state(diagnosis) not in UNTESTED:
-        said.append((f"How far: {sentence_of_shrink(diagnosis)}", ""))
-    for q in quantities(diagnosis)[:4]:
-        said.append((f"  {q.effect}: {q.said}", "cyan"))
+        said.append(_Paragraph(f"How far: {sentence_of_shrink(diagnosis)}"))
+    said += _sizes(diagnosis)
     for cause in causes(diagnosis):
-        said.append((f"Do: {cause.name}: {'; or '.join(a.what for a in cause.actions)}.", ""))
+        actions = "; or ".join(a.what for a in cause.actions)
+        said.append(_Paragraph(f"Do: {cause.name}: {actions}."))
     following = sentence_of_next(diagnosis)
     if following:
-        said.append((f"Next experiment: {following}", "yellow"))
+        said.append(_Paragraph(f"Next experiment: {following}", "yellow"))
     faults = diagnosis.get("data_faults", [])
     if faults:
         records = len({f["record"] for f in faults})
         of = "one record" if records == 1 else f"{records} records"
-        said.append((f"Data faults: {len(faults)} in {of}, left out.", "yellow"))
+        said.append(_Paragraph(f"Data faults: {len(faults)} in {of}, left out.", "yellow"))
     return _Lines(said)
+
+
+def _sizes(diagnosis: Diagnosis) -> list[_Paragraph]:
+    """First the first parameter of every effect; the others are spare."""
+    known = quantities(diagnosis)
+    first = {q.effect: q for q in reversed(known)}
+    told = sorted(known, key=lambda q: q is not first[q.effect])
+    return [
+        _Paragraph(f"  {q.effect}: {q.said}", "cyan", q is not first[q.effect]) for q in told
+    ]
 
 
 # -- page -------------------------------------------------------------------------------------
