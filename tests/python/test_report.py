@@ -13,6 +13,7 @@ import pytest
 from PIL import Image
 from report_cases import HOSTILE, NOISE, changed, diagnosis, entry, hostile, untested, views
 from rich.console import Console
+from test_report_figures import PLANNED
 
 from madelung.diagnosis.pictures import NAMES, View, draw
 from madelung.diagnosis.report import (
@@ -170,6 +171,14 @@ def test_the_first_parameter_of_every_cause_goes_before_the_others(width: int) -
     text = text_of(d, width)
     assert text.index("creep: creep") < text.index("delay: delay") < text.index("gain at 0.00316 s")
     assert "Data faults: 1" in text and len(text.splitlines()) <= LINES_MAX
+
+
+def test_the_next_experiment_is_told_beside_four_candidates() -> None:
+    four = ["delay", "amplifier_lag", "resonance", "rate_dependence"]
+    d = changed("ambiguous", candidates=four)
+    d["ranking"] = [entry(e, 0.01, 0.99, size=1.0) for e in four]
+    d["next_experiment"] = PLANNED | {"why": "phase and gain over frequency tell them apart"}
+    assert "Next experiment: phase and gain" in text_of(d, 60)
 
 
 def test_a_check_tells_sizes_and_no_verdict(tmp_path: Path) -> None:

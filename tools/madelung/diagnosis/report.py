@@ -345,12 +345,12 @@ def terminal(diagnosis: Diagnosis) -> _Lines:
     elif state(diagnosis) not in UNTESTED:
         said.append(_Paragraph(f"How far: {sentence_of_shrink(diagnosis)}"))
     said += _sizes(diagnosis)
+    following = sentence_of_next(diagnosis)
+    if following:  # Before what to do about causes of which only some act.
+        said.append(_Paragraph(f"Next experiment: {following}", "yellow"))
     for cause in causes(diagnosis):
         actions = "; or ".join(a.what for a in cause.actions)
         said.append(_Paragraph(f"Do: {cause.name}: {actions}."))
-    following = sentence_of_next(diagnosis)
-    if following:
-        said.append(_Paragraph(f"Next experiment: {following}", "yellow"))
     faults = diagnosis.get("data_faults", [])
     if faults:
         records = len({f["record"] for f in faults})
