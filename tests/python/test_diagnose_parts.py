@@ -444,6 +444,30 @@ def test_the_floor_is_no_more_than_what_is_left() -> None:
     assert 0.5 < low < 1.0 and high < 1.2
 
 
+def closed_share(y: np.ndarray, left: np.ndarray) -> tuple[float, float, float]:
+    """Of what can be closed, with the ends of its interval; known noise of 0.01 um."""
+    made = Prediction(trace("later", 20.0 + y, y, 1e-3), np.zeros(y.size), y - left)
+    told = shrink([made], Noise(0.01, 0.0, 1.0, 1000, True), [], 0)
+    low, high = told["closable_closed_ci95"]
+    return low, told["closable_closed"], high
+
+
+def test_a_share_above_one_lies_in_its_interval() -> None:
+    """What is left is by chance less than the floor."""
+    n = 4000
+    left = 0.0095 * RNG(3).standard_normal(n)
+    low, share, high = closed_share(0.01 * np.sin(np.arange(n) * 0.05) + left, left)
+    assert low < share < high and share > 1.0
+
+
+def test_a_gap_in_a_single_block_leaves_its_share_certain() -> None:
+    n = 4000
+    left = 0.01 * RNG(4).standard_normal(n)
+    step = np.where(np.arange(n) // 50 == 20, 1.0, 0.0)
+    low, share, high = closed_share(step + left, left)
+    assert 0.98 < low < share < high < 1.02
+
+
 def test_the_noises_uncertainty_does_not_depend_on_the_unit() -> None:
     shares = []
     for unit in (1.0, 1e-3):

@@ -113,6 +113,10 @@ def test_how_far_in_a_sentence() -> None:
         "On the hold-out records the error goes from 0.11 to 0.0102 um rms; the noise floor is "
         "0.01 um: 99.7 % (95 %: 99.5 % to 99.8 %) of what can be closed is closed."
     )
+    d["shrink"] |= {"closable_closed": 1.027, "closable_closed_ci95": [0.97, 1.08]}
+    assert "102.7 % (95 %: 97 % to 108.0 %) of what can be closed is closed; more than all: " in (
+        sentence_of_shrink(d)
+    )
     d["shrink"] |= {"closable_closed": None, "closable_closed_ci95": None}
     assert sentence_of_shrink(d).endswith("nothing there can be closed.")
     d["shrink"]["records"] = []

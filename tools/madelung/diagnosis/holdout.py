@@ -73,20 +73,26 @@ def _closed(
 ) -> tuple[float | None, list[float] | None]:
     """Share of the closable energy that was closed, and its interval.
 
-    It comes from a bootstrap over blocks; the floor varies with them, as far as it is not known.
+    The share is a ratio of sums over blocks: its error is how much each block departs from it, by
+    weight. (Blocks drawn anew do not do: a few blocks may hold all of the gap, and draws without
+    them tell of nothing.) Beside it the floor varies, as far as it is not known.
     """
     floor = noise.rms_um**2
-    closable = eb.sum() - floor * n.sum()
-    if not n.sum() or closable < CLOSABLE_MIN * floor * n.sum():
+    rows = n.sum()
+    closable = eb.sum() - floor * rows
+    if not rows or closable < CLOSABLE_MIN * floor * rows:
         return None, None
+    closed = eb.sum() - ea.sum()
+    share = float(closed / closable)
+    departs = (eb - ea) - share * (eb - floor * n)
+    error = np.sqrt(n.size / (n.size - 1) * np.sum(departs**2)) / closable
     rng = np.random.default_rng(seed)
-    pick = rng.integers(n.size, size=(DRAWS, n.size))
-    b, a, m = eb[pick].sum(1), ea[pick].sum(1), n[pick].sum(1)
     floors = floor * np.exp(noise.power_error() * rng.standard_normal(DRAWS))
-    floors = np.minimum(floors, a / m)  # noise is part of what is left
-    shares = (b - a) / np.maximum(b - floors * m, CLOSABLE_MIN * floor * m)
-    low, high = np.percentile(shares, [2.5, 97.5])
-    return float((eb.sum() - ea.sum()) / closable), [float(low), float(high)]
+    # Noise is part of what is left; where by chance less is left than the floor, it is the floor.
+    floors = np.minimum(floors, max(ea.sum() / rows, floor))
+    shares = closed / np.maximum(eb.sum() - floors * rows, CLOSABLE_MIN * floor * rows)
+    low, high = np.percentile(shares + error * rng.standard_normal(DRAWS), [2.5, 97.5])
+    return share, [float(low), float(high)]
 
 
 def _without_lines(residual: Array, t_s: Array, lines_hz: Sequence[float]) -> Array:

@@ -140,7 +140,8 @@ def sentence_of_shrink(diagnosis: Diagnosis) -> str:
     if closed is None:
         return f"{said}: nothing there can be closed."
     between = f" (95 %: {in_percent(ci95[0])} to {in_percent(ci95[1])})" if ci95 else ""
-    return f"{said}: {in_percent(closed)}{between} of what can be closed is closed."
+    more = "; more than all: what is left is below the floor, an estimate" if closed > 1 else ""
+    return f"{said}: {in_percent(closed)}{between} of what can be closed is closed{more}."
 
 
 def _told(region: Mapping[str, Any]) -> str:
