@@ -134,7 +134,8 @@ def test_how_far_in_a_sentence() -> None:
         ("creep_per_decade", ("creep", "of the step per decade of time")),
         ("zeta", ("zeta", "")),
         ("freq_hz_2", ("freq 2", "Hz")),
-        ("gain_at_0.0316_s", ("gain at 0.0316 s", "")),
+        ("gain_at_0.0316_s", ("gain at 0.0316 s", "of the step")),
+        ("share1", ("share of mode 1", "of the displacement")),
     ],
 )
 def test_units_of_keys(key: str, split: tuple[str, str]) -> None:
@@ -237,6 +238,19 @@ def test_page_tells_everything(tmp_path: Path) -> None:
         "stage 4",
     ):
         assert said in page.text, said
+
+
+def test_creep_is_not_told_beyond_the_longest_record(tmp_path: Path) -> None:
+    d = diagnosis()
+    gains = {"gain_at_10_s": 0.01, "gain_at_100_s": 0.01}
+    d["ranking"][1] = entry("creep", 0.0101, 0.998, creep_per_decade=0.012, **gains)
+    d["records"] = [
+        {"file": "a.csv", "role": "train", "rows": 6000, "rate_hz": 200.0, "seconds": 30.0}
+    ]
+    page = page_of(tmp_path, d).text
+    for told in (page, text_of(d, 100)):
+        assert "gain at 10 s" in told and "gain at 100 s" not in told
+    assert "share of a step that creeps in with that time constant" in page
 
 
 def test_page_holds_its_pictures_and_needs_nothing_else(drawn: Path) -> None:

@@ -9,6 +9,7 @@ fitted, because that was asked for or because the gap is below the tolerance.
 
 from __future__ import annotations
 
+import math
 import re
 from base64 import b64encode
 from collections.abc import Mapping, Sequence
@@ -182,12 +183,21 @@ class Quantity:
 
 def split_unit(key: str) -> tuple[str, str]:
     """Name and unit of a parameter's key; a number at its end tells equals apart (freq_hz_2)."""
+    if after_s(key) is not None:  # no time, though it ends in one
+        return key.replace("_", " "), "of the step"
+    if mode := re.fullmatch(r"share(\d+)", key):
+        return f"share of mode {mode[1]}", "of the displacement"
     key, number = re.fullmatch(r"(.*?)(_\d+)?", key).groups("")  # type: ignore[union-attr]
-    if "_at_" not in key:  # gain_at_10_s is no time
-        for suffix, unit in UNITS.items():
-            if key.endswith(f"_{suffix}"):
-                return f"{key.removesuffix(f'_{suffix}')}{number}".replace("_", " "), unit
+    for suffix, unit in UNITS.items():
+        if key.endswith(f"_{suffix}"):
+            return f"{key.removesuffix(f'_{suffix}')}{number}".replace("_", " "), unit
     return f"{key}{number}".replace("_", " "), ""
+
+
+def after_s(key: str) -> float | None:
+    """Time constant in a key of creep's ladder (gain_at_10_s), s."""
+    found = re.fullmatch(r"gain_at_([\d.e+-]+)_s", key)
+    return float(found[1]) if found else None
 
 
 def named_effects(diagnosis: Diagnosis) -> list[str]:
@@ -198,12 +208,17 @@ def named_effects(diagnosis: Diagnosis) -> list[str]:
 
 
 def quantities(diagnosis: Diagnosis) -> list[Quantity]:
-    """Parameters of the effects that the verdict names."""
+    """Parameters of the effects that the verdict names.
+
+    Not how creep would go on after the longest record: that is a guess.
+    """
     by_effect = {r["effect"]: r["parameters"] for r in reversed(diagnosis["ranking"])}
+    longest = max((r["seconds"] for r in diagnosis.get("records", [])), default=math.inf)
     return [
         _quantity(effect, key, found)
         for effect in named_effects(diagnosis)
         for key, found in by_effect.get(effect, {}).items()
+        if (after_s(key) or 0.0) <= longest
     ]
 
 
@@ -501,6 +516,7 @@ def _context(out: Path, diagnosis: Diagnosis) -> dict[str, Any]:
         "regions": [(region_label(r), r) for r in diagnosis["where"]],
         "shrunk": _shrunk_rows(diagnosis) if diagnosis["shrink"]["records"] else [],
         "quantities": quantities(diagnosis),
+        "creeps": any(q.name.startswith("gain at ") for q in quantities(diagnosis)),
         "main_parameters": main_parameters(diagnosis),
         "named": named_effects(diagnosis),
         "unseen": unseen(diagnosis),
