@@ -179,6 +179,25 @@ def test_the_answer_stands_on_the_first_screen_and_nothing_overflows(
         assert browser.do("return document.documentElement.scrollWidth") <= size[0], size
 
 
+def test_axes_of_less_than_a_decade_are_labelled(browser: Browser, tmp_path: Path) -> None:
+    t = np.arange(6000) * 1e-3
+    u = 20.0 - 20.0 * np.cos(2 * np.pi * 10.0 * t)
+    y = 0.1 * u + 0.01 * np.random.default_rng(4).standard_normal(t.size)
+    near = [View("r", role, t, u, y, y - 0.03 * np.sign(u - 20), 0.1 * u) for role in ("train",)]
+    d = diagnosis()
+    d["gap"]["rms_um"] = 0.03
+    for entry in d["ranking"]:
+        entry["rms_um"] = 0.012
+    write_report(tmp_path, d, near, NOISE)
+    browser.open(tmp_path / "report.html")
+    labels = browser.do(
+        "return [...document.querySelectorAll('.plot')].flatMap(p => ['xaxis', 'yaxis']"
+        ".map(a => [p.id, a, p._fullLayout[a]])).filter(([, , a]) => a.type === 'log')"
+        ".map(([id, name, a]) => [id, name, a._vals.filter(v => v.text.trim()).length])"
+    )
+    assert len(labels) == 6 and all(count >= 2 for *_, count in labels), labels
+
+
 def test_hostile_names_are_shown_and_not_run(
     browser: Browser, pages: Callable[[str], Path]
 ) -> None:

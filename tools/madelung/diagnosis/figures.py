@@ -122,8 +122,8 @@ def _axis(title: str, **more: Any) -> dict[str, Any]:
 
 
 def _log(title: str, **more: Any) -> dict[str, Any]:
-    powers = {"type": "log", "exponentformat": "power", "dtick": 1}
-    return _axis(title, **powers, **more)
+    # Without dtick: plotly labels less than a decade, too.
+    return _axis(title, **{"type": "log", "exponentformat": "power"}, **more)
 
 
 def _layout(height: int, **axes: Any) -> dict[str, Any]:
