@@ -179,6 +179,32 @@ def test_the_answer_stands_on_the_first_screen_and_nothing_overflows(
         assert browser.do("return document.documentElement.scrollWidth") <= size[0], size
 
 
+def test_nothing_hides_words_of_a_figure_or_a_cell(
+    browser: Browser, pages: Callable[[str], Path]
+) -> None:
+    browser.open(pages("ambiguous"))
+    hidden = (
+        "const box = e => e.getBoundingClientRect(), seen = e => e && box(e).width > 0,"
+        " over = (a, b) => a.left < b.right && b.left < a.right && a.top < b.bottom"
+        " && b.top < a.bottom;"
+        "return [...document.querySelectorAll('.plot')].filter(p => {"
+        " const icons = p.querySelector('.modebar');"
+        " return seen(icons) && [...p.querySelectorAll('.legend, .infolayer text')]"
+        " .some(e => seen(e) && over(box(icons), box(e))); }).map(p => p.id)"
+    )
+    for size in (LAPTOP, (1000, 700), (800, 600), PHONE):
+        browser.medium(size, "light")
+        browser.when(f"return document.getElementById('spectrum').layout.width < {size[0]}")
+        time.sleep(0.5)  # the figures follow the width after a tenth of a second
+        assert browser.do(hidden) == [], size
+    # On a phone every cell of what the page tells is within the screen.
+    cut = "return [...document.querySelectorAll('.scroll')].filter(e => e.scrollWidth > e.clientWidth)"
+    assert browser.do(cut + ".length") == 0
+    cells = "return [...document.querySelectorAll('.scroll td')].map(e => e.offsetHeight)"
+    assert max(browser.do(cells)) < 70
+    assert browser.do("return document.documentElement.scrollWidth") <= PHONE[0]
+
+
 def test_axes_of_less_than_a_decade_are_labelled(browser: Browser, tmp_path: Path) -> None:
     t = np.arange(6000) * 1e-3
     u = 20.0 - 20.0 * np.cos(2 * np.pi * 10.0 * t)

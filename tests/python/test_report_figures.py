@@ -113,6 +113,14 @@ def test_spectrum_and_profile_show_the_error_and_the_floor() -> None:
     assert after == pytest.approx(0.01, rel=0.5)
 
 
+def test_shares_of_the_ranking_stand_beside_it() -> None:
+    drawn = figures([], None, diagnosis())["ranking"]
+    told = drawn["layout"]["annotations"]
+    assert [(a["y"], a["text"]) for a in told[1:3]] == [("delay", "99.8 %"), ("creep", "99.8 %")]
+    assert all(a["x"] == 1.0 and a["xanchor"] == "left" for a in told)
+    assert not any("text" in trace for trace in drawn["data"])
+
+
 def test_ranking_shows_intervals_where_there_are_any() -> None:
     d = diagnosis()
     d["ranking"][0]["rms_um_ci95"] = [0.008, 0.013]

@@ -132,7 +132,7 @@ def _layout(height: int, **axes: Any) -> dict[str, Any]:
         "paper_bgcolor": PAPER,
         "plot_bgcolor": PAPER,
         "font": {"color": TEXT, "family": "system-ui, sans-serif", "size": 13},
-        "margin": {"l": 60, "r": 12, "t": 34, "b": 44},
+        "margin": {"l": 60, "r": 12, "t": 34, "b": 68},
         "legend": {"orientation": "h", "x": 0, "y": 1.01, "yanchor": "bottom"},
         "hovermode": "closest",
         "dragmode": "zoom",
@@ -323,7 +323,7 @@ def _ranking(diagnosis: Mapping[str, Any]) -> Figure | None:
         data.append(_line(colour, 1.5, label, x=[max(value, 1e-9)] * 2, y=ends) | {"line": dash})
     layout = _layout(
         110 + 34 * len(entries),
-        xaxis=_log("error left, rms (um); % closed"),
+        xaxis=_log("error left, rms (um)"),
         yaxis=_axis(
             "",
             type="category",
@@ -332,8 +332,17 @@ def _ranking(diagnosis: Mapping[str, Any]) -> Figure | None:
             categoryarray=[_plain(e["effect"]) for e in entries],
         ),
     )
-    layout["margin"] |= {"r": 60}
+    layout["margin"] |= {"r": 64}
+    layout["annotations"] = [_beside("closed", y=1.0, yref="paper", yanchor="bottom")] + [
+        _beside(in_percent(e["closable_closed"]), y=_plain(e["effect"])) for e in entries
+    ]
     return {"data": data, "layout": layout}
+
+
+def _beside(text: str, **place: Any) -> dict[str, Any]:
+    """A text in the right margin, where no point, interval or line is."""
+    fixed = {"xref": "paper", "x": 1.0, "xanchor": "left", "xshift": 6, "showarrow": False}
+    return {"text": text, **fixed, **place}
 
 
 def _dots(entries: Sequence[Mapping[str, Any]], name: str, colour: str, symbol: str) -> Figure:
@@ -341,13 +350,10 @@ def _dots(entries: Sequence[Mapping[str, Any]], name: str, colour: str, symbol: 
     ends = np.array([e.get("rms_um_ci95") or [v, v] for e, v in zip(entries, x, strict=True)])
     return {
         "type": "scatter",
-        "mode": "markers+text",
+        "mode": "markers",
         "name": name,
         "x": _list(x),
         "y": [_plain(e["effect"]) for e in entries],
-        "text": [in_percent(e["closable_closed"]) for e in entries],
-        "textposition": "top center",
-        "cliponaxis": False,
         "marker": {"color": colour, "symbol": symbol, "size": 11},
         "error_x": {
             "type": "data",
