@@ -4,6 +4,7 @@ import base64
 import io
 import json
 import re
+from html import unescape
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -251,6 +252,14 @@ def test_creep_is_not_told_beyond_the_longest_record(tmp_path: Path) -> None:
     for told in (page, text_of(d, 100)):
         assert "gain at 10 s" in told and "gain at 100 s" not in told
     assert "share of a step that creeps in with that time constant" in page
+
+
+def test_the_place_stands_beside_the_cause(tmp_path: Path) -> None:
+    d = diagnosis()
+    write_report(tmp_path, d)
+    page = unescape((tmp_path / "report.html").read_text(encoding="utf-8"))
+    answer = page[page.index('class="answer') : page.index('class="facts"')]
+    assert sentence_of_verdict(d) in answer and d["where"][0]["sentence"] in answer
 
 
 def test_page_holds_its_pictures_and_needs_nothing_else(drawn: Path) -> None:

@@ -197,6 +197,14 @@ def test_nothing_hides_words_of_a_figure_or_a_cell(
         browser.when(f"return document.getElementById('spectrum').layout.width < {size[0]}")
         time.sleep(0.5)  # the figures follow the width after a tenth of a second
         assert browser.do(hidden) == [], size
+    badges = (
+        "return [...document.querySelectorAll('.kind')].map(e =>"
+        " [e.getBoundingClientRect(), e.nextElementSibling.getBoundingClientRect()])"
+        ".map(([kind, text]) => text.left > kind.left ? text.left - kind.right : 99)"
+    )
+    browser.medium((1300, 700), "light")
+    assert min(browser.do(badges)) >= 6
+    browser.medium(PHONE, "light")
     # On a phone every cell of what the page tells is within the screen.
     cut = "return [...document.querySelectorAll('.scroll')].filter(e => e.scrollWidth > e.clientWidth)"
     assert browser.do(cut + ".length") == 0
