@@ -11,11 +11,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from PIL import Image
 from report_cases import HOSTILE, NOISE, changed, diagnosis, entry, hostile, untested, views
 from rich.console import Console
 from test_report_figures import PLANNED
 
+from madelung.diagnosis import pictures
 from madelung.diagnosis.pictures import NAMES, View, draw
 from madelung.diagnosis.report import (
     LINES_MAX,
@@ -330,6 +332,33 @@ def test_same_input_same_bytes_and_no_dates(drawn: Path, tmp_path: Path) -> None
         assert set(Image.open(drawn / f"{name}.png").info) <= {"dpi"}
     html = (drawn / "report.html").read_text(encoding="utf-8")
     assert not re.search(r"20\d\d-\d\d-\d\d", html)
+
+
+def figures_of(d: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> dict[str, Figure]:
+    """The pictures of a diagnosis before they are saved, laid out, by their name."""
+    held: dict[str, Figure] = {}
+    monkeypatch.setattr(pictures, "save_figure", lambda path, f: held.update({path.stem: f}))
+    draw(Path(), views(), NOISE, d)
+    for figure in held.values():
+        figure.canvas.draw()
+    return held
+
+
+def test_legends_and_shares_hide_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn = figures_of(diagnosis(), monkeypatch)
+    for name, figure in drawn.items():
+        frames = [axes.get_window_extent() for axes in figure.axes]
+        legends = [*figure.legends, *filter(None, (axes.get_legend() for axes in figure.axes))]
+        assert legends
+        said = [*legends, *(drawn["ranking"].axes[0].texts if name == "ranking" else [])]
+        for text in said:
+            box = text.get_window_extent().shrunk(0.9, 0.8)
+            assert not any(box.overlaps(frame) for frame in frames), (name, text)
+
+
+def test_a_ranking_of_nothing_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    axes = figures_of(diagnosis() | {"ranking": []}, monkeypatch)["ranking"].axes[0]
+    assert not axes.axison and "Nothing to rank" in axes.texts[0].get_text()
 
 
 def test_a_picture_shows_a_single_bad_row_of_a_long_record(tmp_path: Path) -> None:

@@ -153,14 +153,14 @@ def draw_over_time(axes: Axes, t: Floats, values: Floats, **style: object) -> No
     axes.plot(t[rows], values[rows], **style)  # type: ignore[arg-type]
 
 
-def label_axes(axes: Axes, title: str, x: str, y: str) -> None:
+def label_axes(axes: Axes, title: str, x: str, y: str, legend: bool = True) -> None:
     """Title, axes, grid, and a legend where something has a label."""
     axes.set_title(title, loc="left", fontweight="bold")
     axes.set_xlabel(x)
     axes.set_ylabel(y)
     axes.grid(color="0.9", lw=0.6)
     axes.set_axisbelow(True)
-    if axes.get_legend_handles_labels()[0]:
+    if legend and axes.get_legend_handles_labels()[0]:
         axes.legend(framealpha=0.9, edgecolor="none", markerscale=3)
 
 

@@ -26,6 +26,7 @@ from madelung.plots import (
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
 
@@ -42,6 +43,7 @@ ZOOM_TURNS = 2
 RANKED_MAX = 15
 RATES_RATIO = 1e4
 LEGEND_COLUMNS = 5
+NOT_RANKED = "Nothing to rank: no effect was fitted that explains more than the noise."
 
 
 @dataclass(frozen=True)
@@ -167,6 +169,14 @@ def _legend_above(axes: Axes) -> None:
     )
 
 
+def _legend_below(figure: Figure, axes: Axes) -> None:
+    """One for axes that show the same, where it hides nothing."""
+    handles, labels = axes.get_legend_handles_labels()
+    figure.legend(
+        handles, labels, loc="outside lower center", frameon=False, ncols=LEGEND_COLUMNS
+    )
+
+
 def near_worst(view: View) -> slice:
     """Rows from some turns of the command before the largest error to some after it."""
     sense = senses(view.u_V)
@@ -190,11 +200,12 @@ def _draw_loops(path: Path, views: Sequence[View]) -> None:
         loop.plot(u, view.y_um[rows], color=MEASURED, lw=2.5, label="measured")
         loop.plot(u, view.baseline_um[rows], color=BEFORE, lw=1.0, label="baseline")
         loop.plot(u, view.augmented_um[rows], color=AFTER, lw=0.8, label="augmented")
-        label_axes(loop, "", "", "displacement y (um)")
+        label_axes(loop, "", "", "displacement y (um)", legend=False)
         loop.set_title(_name(view), loc="left", fontweight="bold", parse_math=False)
         rest.plot(u, view.before_um[rows], color=BEFORE, lw=0.7, label="baseline")
         rest.plot(u, view.after_um[rows], color=AFTER, lw=0.6, label="augmented")
-        label_axes(rest, "", "command u (V)", "measured - predicted (um)")
+        label_axes(rest, "", "command u (V)", "measured - predicted (um)", legend=False)
+    _legend_below(figure, grid[0, 0])
     save_figure(path, figure)
 
 
@@ -210,6 +221,7 @@ def _draw_where(
     _draw_map(place, views)
     _draw_spectrum(spectrum, views, noise)
     _draw_since_turn(turn, views, noise)
+    _legend_below(figure, spectrum)
     save_figure(path, figure)
 
 
@@ -318,7 +330,7 @@ def _draw_spectrum(axes: Axes, views: Sequence[View], noise: Noise) -> None:
     lines = ((BEFORE, 1.2, "baseline"), (AFTER, 1.0, "augmented"), (FLOOR, 2.0, "noise floor"))
     for density, (colour, width, label) in zip(densities, lines, strict=True):
         axes.loglog(freq, density, color=colour, lw=width, label=label)
-    label_axes(axes, "Spectrum", "frequency (Hz)", "error (um / √Hz)")
+    label_axes(axes, "Spectrum", "frequency (Hz)", "error (um / √Hz)", legend=False)
 
 
 def _power(error_um: Array, step_s: float) -> tuple[Array, Array]:
@@ -355,7 +367,8 @@ def _draw_since_turn(axes: Axes, views: Sequence[View], noise: Noise) -> None:
     for rms, colour, label in zip(errors, (BEFORE, AFTER), ("baseline", "augmented"), strict=True):
         axes.loglog(since, rms, ".-", color=colour, lw=1, label=label)
     axes.axhline(noise.rms_um, color=FLOOR, lw=2, label="noise floor")
-    label_axes(axes, "Error after a turn of the command", "time since the turn (s)", "rms (um)")
+    title = "Error after a turn of the command"
+    label_axes(axes, title, "time since the turn (s)", "rms (um)", legend=False)
 
 
 # -- ranking ----------------------------------------------------------------------------------
@@ -366,6 +379,11 @@ def _draw_ranking(path: Path, diagnosis: Mapping[str, Any]) -> None:
     axes = figure.subplots()
     ranking = list(diagnosis.get("ranking", []))[:RANKED_MAX]
     figure.set_size_inches(11, 1.8 + 0.32 * len(ranking))
+    if not ranking:
+        axes.set_axis_off()
+        axes.text(0.5, 0.5, NOT_RANKED, ha="center", va="center", transform=axes.transAxes)
+        save_figure(path, figure)
+        return
     verdict, gap = diagnosis["verdict"], diagnosis["gap"]
     floor = max(float(gap["noise_floor_um"]), 1e-9)
     for i, entry in enumerate(ranking):
@@ -375,8 +393,9 @@ def _draw_ranking(path: Path, diagnosis: Mapping[str, Any]) -> None:
         axes.plot(left, i, "o", color=colour, ms=9)
         axes.annotate(
             in_percent(entry["closable_closed"]),
-            (left, float(i)),
-            xytext=(10, 0),
+            (1.0, float(i)),
+            xycoords=axes.get_yaxis_transform(),
+            xytext=(6, 0),
             textcoords="offset points",
             va="center",
         )
@@ -388,9 +407,8 @@ def _draw_ranking(path: Path, diagnosis: Mapping[str, Any]) -> None:
     axes.invert_yaxis()
     axes.set_xscale("log")
     axes.margins(x=0.08)
-    label_axes(
-        axes, "", "error left by the best hypothesis with the effect, rms (um); % closed", ""
-    )
+    left = "error left by the best hypothesis with the effect, rms (um); beside it: % closed"
+    label_axes(axes, "", left, "")
     _legend_above(axes)
     save_figure(path, figure)
 
