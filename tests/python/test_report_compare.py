@@ -77,6 +77,23 @@ def test_a_batch(tmp_path: Path) -> None:
     assert "candidate" in page.text and "found" in page.text
 
 
+def test_a_huge_error_leaves_the_other_bars_to_be_seen(tmp_path: Path) -> None:
+    told = [diagnosis() for _ in range(3)]
+    told[1]["shrink"] |= {"rms_before_um": 300.0}
+    page = page_of(tmp_path, *(kept(tmp_path / f"{i}", d) for i, d in enumerate(told)))
+    bars = [
+        (a["class"], (a["style"] or "").removeprefix("--w:"))
+        for t, a in page.tags
+        if t == "span" and (a.get("class") or "").startswith("bar before")
+    ]
+    assert bars == [
+        ("bar before", "20.00%"),
+        ("bar before cut", "100.00%"),
+        ("bar before", "20.00%"),
+    ]
+    assert "300 um" in page.text and "longer than is shown" in page.text
+
+
 @pytest.mark.parametrize("why", [{"checked": True}, {"good_enough_below_percent": 5.0}])
 def test_what_was_not_looked_for_is_not_gone(why: dict[str, Any], tmp_path: Path) -> None:
     outs = [kept(tmp_path / "a", diagnosis()), kept(tmp_path / "b", untested(**why))]

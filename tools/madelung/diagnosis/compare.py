@@ -6,6 +6,7 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from statistics import median_low
 from urllib.parse import quote
 
 import numpy as np
@@ -33,6 +34,9 @@ from madelung.diagnosis.vocabulary import EFFECTS
 from madelung.errors import InputError
 from madelung.files import read_json, write_atomically
 
+CUT = 5.0
+"""Bars are cut where they are so much longer than the middle one of what the baselines miss: one
+device out of order leaves the others to be seen."""
 Ends = tuple[float, float, float]
 _DAMAGED = (KeyError, TypeError, ValueError, AttributeError, IndexError)
 
@@ -117,11 +121,13 @@ def write_comparison(path: Path, outs: Sequence[Path]) -> list[Compared]:
     told = [n if names.count(n) == 1 else str(out) for n, out in zip(names, outs, strict=True)]
     compared = [_read(out, name, path.parent) for out, name in zip(outs, told, strict=True)]
     longest = max(max(c.before_um, c.after_um or 0.0, c.floor_um) for c in compared)
+    longest = min(longest, CUT * median_low(c.before_um for c in compared) or longest)
     effects = [e for e in EFFECTS if any(e in [*c.found, *c.possible] for c in compared)]
     page = render(
         "compare.html.j2",
         FILTERS,
         compared=[(c, _bars(c, longest)) for c in compared],
+        cut=any("cut" in bar.kind for c in compared for bar in _bars(c, longest)),
         effects=effects,
         strips=_strips(compared, effects),
         changes=changes(*compared) if len(compared) == 2 else [],

@@ -431,7 +431,10 @@ FILTERS = {f.__name__: f for f in (in_percent, spoken, printable, short, rounded
 
 @dataclass(frozen=True)
 class Bar:
-    """A bar of the first screen and of the table of records; width in per cent."""
+    """A bar of the first screen and of the table of records; width in per cent.
+
+    ``kind`` is ``before``, ``after`` or ``floor``, with ``cut`` where it does not fit.
+    """
 
     kind: str
     label: str
@@ -440,7 +443,7 @@ class Bar:
 
 
 def bars(before: float, after: float | None, floor: float, longest: float) -> list[Bar]:
-    """Before, after and noise floor, um rms, side by side; ``longest`` fills the width."""
+    """Before, after and noise floor, um rms, side by side; from ``longest`` on they fill it."""
     rows = (
         ("before", "before", before),
         ("after", "after", after),
@@ -448,7 +451,10 @@ def bars(before: float, after: float | None, floor: float, longest: float) -> li
     )
     return [
         Bar(
-            kind, label, f"{digits(v)} um", f"{100 * min(max(v / (longest or 1.0), 0.0), 1.0):.2f}%"
+            f"{kind} cut" if v > longest else kind,
+            label,
+            f"{digits(v)} um",
+            f"{100 * min(max(v / (longest or 1.0), 0.0), 1.0):.2f}%",
         )
         for kind, label, v in rows
         if v is not None
