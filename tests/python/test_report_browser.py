@@ -206,10 +206,11 @@ def test_nothing_hides_words_of_a_figure_or_a_cell(
     assert min(browser.do(badges)) >= 6
     browser.medium(PHONE, "light")
     # On a phone every cell of what the page tells is within the screen.
-    cut = "return [...document.querySelectorAll('.scroll')].filter(e => e.scrollWidth > e.clientWidth)"
-    assert browser.do(cut + ".length") == 0
-    cells = "return [...document.querySelectorAll('.scroll td')].map(e => e.offsetHeight)"
-    assert max(browser.do(cells)) < 70
+    every = "return [...document.querySelectorAll('{}')]"
+    cut = every.format(".scroll") + ".filter(e => e.scrollWidth > e.clientWidth).length"
+    assert browser.do(cut) == 0
+    heights = every.format(".scroll td") + ".map(e => e.offsetHeight)"
+    assert max(browser.do(heights)) < 70
     assert browser.do("return document.documentElement.scrollWidth") <= PHONE[0]
 
 

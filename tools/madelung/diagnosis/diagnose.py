@@ -142,9 +142,7 @@ def diagnose(case: Case, options: Options, progress: Progress = lambda _: None) 
         "detectable_units": {e: SIZES[e][0] for e in EFFECTS},
         "checked": options.check,
         "good_enough_below_percent": options.tolerance_percent if good else None,
-        "next_experiment": (
-            None if options.check or good else next_experiment(verdict, scales)
-        ),
+        "next_experiment": (None if options.check or good else next_experiment(verdict, scales)),
         "warnings": [
             *case.warnings,
             *([] if options.check or good else contradicted(case, rough, search.best)),
@@ -415,9 +413,7 @@ def _beyond(case: Case, trace: Trace) -> str | None:
     )
 
 
-def _warnings(
-    case: Case, noise: Noise, verdict: Verdict, outsider: Outsider | None
-) -> list[str]:
+def _warnings(case: Case, noise: Noise, verdict: Verdict, outsider: Outsider | None) -> list[str]:
     said = []
     monitor = monitor_fault(case)
     if monitor is not None:

@@ -172,9 +172,7 @@ def _legend_above(axes: Axes) -> None:
 def _legend_below(figure: Figure, axes: Axes) -> None:
     """One for axes that show the same, where it hides nothing."""
     handles, labels = axes.get_legend_handles_labels()
-    figure.legend(
-        handles, labels, loc="outside lower center", frameon=False, ncols=LEGEND_COLUMNS
-    )
+    figure.legend(handles, labels, loc="outside lower center", frameon=False, ncols=LEGEND_COLUMNS)
 
 
 def near_worst(view: View) -> slice:
@@ -407,8 +405,8 @@ def _draw_ranking(path: Path, diagnosis: Mapping[str, Any]) -> None:
     axes.invert_yaxis()
     axes.set_xscale("log")
     axes.margins(x=0.08)
-    left = "error left by the best hypothesis with the effect, rms (um); beside it: % closed"
-    label_axes(axes, "", left, "")
+    title = "error left by the best hypothesis with the effect, rms (um); beside it: % closed"
+    label_axes(axes, "", title, "")
     _legend_above(axes)
     save_figure(path, figure)
 

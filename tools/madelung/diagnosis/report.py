@@ -380,9 +380,7 @@ def _sizes(diagnosis: Diagnosis) -> list[_Paragraph]:
     known = quantities(diagnosis)
     first = {q.effect: q for q in reversed(known)}
     told = sorted(known, key=lambda q: q is not first[q.effect])
-    return [
-        _Paragraph(f"  {q.effect}: {q.said}", "cyan", q is not first[q.effect]) for q in told
-    ]
+    return [_Paragraph(f"  {q.effect}: {q.said}", "cyan", q is not first[q.effect]) for q in told]
 
 
 # -- page -------------------------------------------------------------------------------------
