@@ -656,6 +656,26 @@ def test_creep_that_is_over_at_once_joins_nothing() -> None:
     assert _plausible(replace(standing(ladder, 1.0), values=creeps), "creep")
 
 
+def test_columns_of_f0_are_right_behind_flashed_blocks() -> None:
+    flashed = PATH.but(gain=1.1, offset_um=0.5, corner_hz=40.0, creep=(CreepMode(0.5, 0.05),))
+    posed = Problem(records(), PLAIN.noise, SCALES, 3, flashed)
+    y = posed.simulate(posed.at(BETA))
+    columns = posed._columns_f0((), {}, BETA, y)
+    for k, column in enumerate(columns):
+        moved = BETA + 1e-3 * (np.arange(BETA.size) == k)
+        finite = posed.change((), {}, moved, y) / 1e-3
+        np.testing.assert_allclose(column, finite, rtol=0, atol=1e-6 * np.abs(finite).max())
+
+
+@pytest.mark.parametrize("name", [f.name for f in FORMS if f.effect == "amplifier_lag"])
+def test_a_pole_takes_the_place_of_the_flashed_one_wherever_that_stands(name: str) -> None:
+    flashed = PATH.but(corner_hz=70.0, behind_hz=80.0)
+    made = called(name).path
+    assert made is not None
+    path = made(flashed, acting(called(name)) | {"corner_hz": 50.0})
+    assert sorted((path.corner_hz, path.behind_hz)) == [0.0, 50.0]
+
+
 class Climber(Engine):
     """Goes up, and drops what has become superfluous, as it is told; notes where it set out."""
 

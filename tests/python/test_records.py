@@ -83,6 +83,10 @@ def test_extra_columns_are_kept_and_may_hold_anything(tmp_path: Path) -> None:
     assert record.u_meas_V is not None and record.u_meas_V[2] == pytest.approx(2.5e-3)
 
 
+TWO_RATES = [
+    f"{min(i, 199) + 10 * max(i - 199, 0)}e-3,{r.partition(',')[2]}"
+    for i, r in enumerate(ROWS[:399])
+]
 REFUSED: dict[str, tuple[bytes, str]] = {
     "nan": (with_row(6, "0.04,nan,1"), "row 6: u_V is empty or not a number"),
     "empty cell": (with_row(6, "0.04,,1"), "row 6: u_V is empty"),
@@ -97,6 +101,7 @@ REFUSED: dict[str, tuple[bytes, str]] = {
     "open quote": (with_row(6, '0.04,"1,1'), "csv: row 6: a quotation mark is opened and not"),
     "comma": (text(rows=[r.replace(".", ",") for r in ROWS]), "row 2: more cells"),
     "back": (with_row(9, "0.01,1,1"), "row 9: time runs back from 0.06 s to 0.01 s: sort"),
+    "two rates": (text(rows=TWO_RATES), "row 201: the sample time changes from 0.001 s to 0.01 s"),
     "still": (text(rows=["1," + r.partition(",")[2] for r in ROWS]), "399 of 400 rows"),
     "semicolons": (text("t_s;u_V;y_um", [r.replace(",", ";") for r in ROWS]), "semicolons"),
     "tabs": (text("t_s\tu_V\ty_um", [r.replace(",", "\t") for r in ROWS]), "tabs"),

@@ -348,6 +348,12 @@ def _check_time(name: str, t: Floats, first_line: int) -> None:
             f"{name}: {still} of {t.size} rows have the time of the row before: "
             "write the time with more digits"
         )
+    if not _usual(step).any():
+        row = int(np.argmax(np.abs(np.diff(step)))) + 1
+        raise InputError(
+            f"{name}: row {first_line + row}: the sample time changes from {step[row - 1]:.3g} s "
+            f"to {step[row]:.3g} s: split the file there"
+        )
 
 
 def _is_steady(t: Floats) -> bool:
@@ -362,8 +368,13 @@ def _step_s(t: Floats) -> float:
     steps = np.diff(t)
     if _is_steady(t):
         return float(np.mean(steps[steps > 0.0]))
+    return float(np.mean(steps[_usual(steps)]))
+
+
+def _usual(steps: Floats) -> NDArray[np.bool_]:
+    """Steps that are neither gaps nor duplicates."""
     middle = np.median(steps)
-    return float(np.mean(steps[(steps > 0.5 * middle) & (steps < 1.5 * middle)]))
+    return np.asarray((steps > 0.5 * middle) & (steps < 1.5 * middle), np.bool_)
 
 
 def _faults(t: Floats, u: Floats, y: Floats | None) -> Iterator[Fault]:

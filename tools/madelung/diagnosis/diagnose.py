@@ -158,6 +158,8 @@ def diagnose(case: Case, options: Options, progress: Progress = lambda _: None) 
             "from_cycles": noise.known,
         },
     }
+    if options.model is not None and any(b.effect == "initial_state" for b in options.model.blocks):
+        content["warnings"].append("the model's initial_state is left out: records start at rest")
     return Diagnosis(content, problem, noise, shown, best, predictions, regions)
 
 

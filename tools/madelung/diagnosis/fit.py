@@ -272,7 +272,7 @@ class Problem:
                 columns.append(self.change(forms, values, moved, y) / step)
             return columns
         zero = self.measured(forms, values, [np.zeros_like(t.u_V) for t in self.traces])
-        bare = path.but(damping_um=0.0, bouc_um=0.0, shape=None)
+        bare = path.but(damping_um=0.0, bouc_um=0.0, shape=None, offset_um=0.0)
         for unit in np.eye(self.degree + 1):
             run = self.displacement(forms, values, bare.but(f0=self.f0(unit)))
             seen = self.measured(forms, values, run)

@@ -89,7 +89,7 @@ def _closed(
     rng = np.random.default_rng(seed)
     floors = floor * np.exp(noise.power_error() * rng.standard_normal(DRAWS))
     # Noise is part of what is left; where by chance less is left than the floor, it is the floor.
-    floors = np.minimum(floors, max(ea.sum() / rows, floor))
+    floors = np.minimum(floors, max(min(ea.sum(), eb.sum()) / rows, floor))
     shares = closed / np.maximum(eb.sum() - floors * rows, CLOSABLE_MIN * floor * rows)
     low, high = np.percentile(shares + error * rng.standard_normal(DRAWS), [2.5, 97.5])
     return share, [float(low), float(high)]

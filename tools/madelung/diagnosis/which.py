@@ -230,7 +230,8 @@ class Engine:
                 if form.same_law and form.effect == old.effect and form is not old:
                     own = tuple(form if f is old else f for f in best.forms)
                     finer = self.again(replace(best, forms=own, values=form.null() | best.values))
-                    best = min(best, finer, key=self.score)
+                    if _plausible(finer, form.effect):
+                        best = min(best, finer, key=self.score)
         return replace(found, best=self._keep(best))
 
     def _rivals(self, found: Search, price: Callable[[Fit], float]) -> tuple[list[Fit], list[Fit]]:
@@ -310,6 +311,8 @@ class Engine:
             return fit
         learned = {k: by.values[k] for f in forms if f.effect in own for k in f.keys}
         new = self.again(replace(fit, forms=forms, values=fit.values | learned))
+        if not steady(self.problem, new) or not all(_plausible(new, e) for e in new.effects):
+            return fit
         return min(fit, self._keep(new), key=self.score)
 
     def score(self, fit: Fit) -> float:
@@ -390,7 +393,9 @@ class Engine:
             return fit
         new = self._slim(self.problem.fit(best.forms, best.values, best.beta))
         extra = max(len(new.params) - len(fit.params), 0)
-        proven = self.gain(fit, new) > (GAIN_MIN if extra else 0.0) + GAIN_PER_PARAM * extra
+        price = (GAIN_MIN if extra else 0.0) + GAIN_PER_PARAM * extra
+        price += max(unlikeliness(new) - unlikeliness(fit), 0.0)
+        proven = self.gain(fit, new) > price
         return self._keep(new) if proven and _plausible(new, effect) else fit
 
     def _starts_from(self, fit: Fit, form: Form) -> list[dict[str, float]]:

@@ -142,14 +142,14 @@ def _lags(s: Scales) -> list[Form]:
             "one pole",
             (corner,),
             lambda _: [{"corner_hz": f} for f in corners],
-            path=same_names((corner,)),
+            path=lambda path, v: path.but(corner_hz=v["corner_hz"], behind_hz=0.0),
         ),
         Form(
             "amplifier_lag",
             "one pole behind the hysteresis",
             (corner,),
             lambda _: [{"corner_hz": f} for f in corners],
-            path=lambda path, v: path.but(behind_hz=v["corner_hz"]),
+            path=lambda path, v: path.but(corner_hz=0.0, behind_hz=v["corner_hz"]),
             unlikely=True,  # nor the effect's name where one before the hysteresis is ruled out
         ),
         Form(
@@ -159,6 +159,7 @@ def _lags(s: Scales) -> list[Form]:
             lambda _: [{"corner_hz": f, "delay_share": 0.1} for f in corners],
             path=lambda path, v: path.but(
                 corner_hz=v["corner_hz"],
+                behind_hz=0.0,
                 delay_s=path.delay_s
                 + min(v["delay_share"] / (2 * np.pi * v["corner_hz"]), longest),
                 substeps_min=4,
