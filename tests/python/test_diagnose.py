@@ -392,6 +392,16 @@ def test_a_calibration_joins_the_one_that_was_flashed(
     assert left.parameters["offset_um"] == pytest.approx(0.0, abs=0.01)
 
 
+def test_a_start_that_is_not_taken_from_the_flashed_model_is_said(
+    quiet: Path, patch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    start = Block("initial_state", "", {"start_peak_V": 0.5 * STAGE.u_max_V})
+    f0 = (0.0, 1.0, 0.0, 0.0)
+    Model("augmented", STAGE.u_min_V, STAGE.u_max_V, f0=f0, blocks=(start,)).save(tmp_path / "m")
+    made = run(patch, quiet, tmp_path / "out", "--model", str(tmp_path / "m"), "--check")
+    assert any("initial_state is left out" in w for w in made["warnings"])
+
+
 def test_tolerance_stops_when_good_enough(folder: Path, found: Diagnosis) -> None:
     percent = found["gap"]["percent_of_stroke"]
     enough = content(folder / "creep", tolerance_percent=1.1 * percent)

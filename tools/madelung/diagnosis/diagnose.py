@@ -145,6 +145,7 @@ def diagnose(case: Case, options: Options, progress: Progress = lambda _: None) 
         "next_experiment": (None if options.check or good else next_experiment(verdict, scales)),
         "warnings": [
             *case.warnings,
+            *_left_out(options.model),
             *([] if options.check or good else contradicted(case, rough, search.best)),
             *_warnings(case, noise, verdict, outsider),
             *([] if options.check or good else _unseen(verdict)),
@@ -158,8 +159,6 @@ def diagnose(case: Case, options: Options, progress: Progress = lambda _: None) 
             "from_cycles": noise.known,
         },
     }
-    if options.model is not None and any(b.effect == "initial_state" for b in options.model.blocks):
-        content["warnings"].append("the model's initial_state is left out: records start at rest")
     return Diagnosis(content, problem, noise, shown, best, predictions, regions)
 
 
@@ -400,6 +399,13 @@ def _told(outsider: Outsider, verdict: Verdict) -> str:
     proven = {*verdict.effects, *verdict.candidates}
     others = [f for f in outsider.fit.forms if f.effect not in proven]
     return ", ".join(f.name if f.effect == OUTSIDE else f.effect for f in others)
+
+
+def _left_out(model: Model | None) -> list[str]:
+    """Of a flashed model, what a diagnosis does not start from."""
+    if model is None or all(b.effect != "initial_state" for b in model.blocks):
+        return []
+    return ["the model's initial_state is left out: records start at rest"]
 
 
 def _beyond(case: Case, trace: Trace) -> str | None:
