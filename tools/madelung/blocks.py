@@ -173,6 +173,8 @@ def _checked(block: Block) -> Block:
             raise InputError(
                 f"saturation: with a knee_power, 1 to 32, knee_V must be above 0, at most {wide:g}"
             )
+    if name == "amplifier_lag" and max(values.values()) < _POSITIVE[0]:
+        raise InputError("amplifier_lag: corner_hz or behind_hz must be above 0")
     if name == "rate_dependence":
         laws = ("relax_s", "relax_per_V_s", "widening")
         if sum(values[k] > 0.0 for k in laws) > 1:
