@@ -123,11 +123,12 @@ def write_comparison(path: Path, outs: Sequence[Path]) -> list[Compared]:
     longest = max(max(c.before_um, c.after_um or 0.0, c.floor_um) for c in compared)
     longest = min(longest, CUT * median_low(c.before_um for c in compared) or longest)
     effects = [e for e in EFFECTS if any(e in [*c.found, *c.possible] for c in compared)]
+    drawn = [(c, _bars(c, longest)) for c in compared]
     page = render(
         "compare.html.j2",
         FILTERS,
-        compared=[(c, _bars(c, longest)) for c in compared],
-        cut=any("cut" in bar.kind for c in compared for bar in _bars(c, longest)),
+        compared=drawn,
+        cut=any("cut" in bar.kind for _, bars_of in drawn for bar in bars_of),
         effects=effects,
         strips=_strips(compared, effects),
         changes=changes(*compared) if len(compared) == 2 else [],

@@ -24,6 +24,7 @@ from madelung.diagnosis.holdout import (
     shrink,
 )
 from madelung.diagnosis.known import contradicted, known_forms, monitor_fault, monitored
+from madelung.diagnosis.lines import lines_hz
 from madelung.diagnosis.noise import Noise, estimate_noise
 from madelung.diagnosis.parameters import Z95, reported
 from madelung.diagnosis.regions import Region
@@ -44,10 +45,10 @@ DEGREE_MORE = 2
 """Train records may show so much more of f0's bend than the slow loop did."""
 SEARCH_ROWS = 28_000
 FURTHER_ROWS = 112_000
-BEYOND_SHARE = 1e-4
-"""Of the range, by which a command may leave it without a word: the rounding of its columns."""
 """The search runs on the heads of longer records; from its result it goes on with more rows, if
 these show more; and what it comes to is fitted to all rows."""
+BEYOND_SHARE = 1e-4
+"""Of the range, by which a command may leave it without a word: the rounding of its columns."""
 
 
 @dataclass(frozen=True)
@@ -118,7 +119,7 @@ def diagnose(case: Case, options: Options, progress: Progress = lambda _: None) 
     progress("predicting the hold-out records")
     predictions = _predictions(problem, case, shown, best)
     held = [p for p in predictions if p.trace.role == "holdout"]
-    lines = [v for k, v in best.values.items() if k.startswith("freq")]
+    lines = lines_hz(best)
     regions = locate(
         case.train,
         [p.trace.y_um - p.baseline_um for p in predictions if p.trace.role == "train"],
@@ -142,7 +143,7 @@ def diagnose(case: Case, options: Options, progress: Progress = lambda _: None) 
         "detectable_units": {e: SIZES[e][0] for e in EFFECTS},
         "checked": options.check,
         "good_enough_below_percent": options.tolerance_percent if good else None,
-        "next_experiment": (None if options.check or good else next_experiment(verdict, scales)),
+        "next_experiment": None if options.check or good else next_experiment(verdict, scales),
         "warnings": [
             *case.warnings,
             *_left_out(options.model),

@@ -108,22 +108,26 @@ def steady(problem: Problem, fit: Fit) -> bool:
 
     What the command causes, and a model that is not quite right, differ from record to record.
     """
-    return all(_is_steady(problem, fit, line) for line in _lines(fit))
+    return all(_is_steady(problem, fit, key) for key in _keys(fit))
 
 
 def steady_hz(problem: Problem, fit: Fit) -> tuple[float, ...]:
     """Frequencies of the lines that have (Hz)."""
-    return tuple(
-        fit.values[f"freq{line}_hz"] for line in _lines(fit) if _is_steady(problem, fit, line)
-    )
+    return tuple(fit.values[key] for key in _keys(fit) if _is_steady(problem, fit, key))
 
 
-def _lines(fit: Fit) -> list[str]:
-    """What their keys are told apart by."""
-    return [k[4:-3] for k in fit.values if k.startswith("freq")]
+def lines_hz(fit: Fit) -> tuple[float, ...]:
+    """Frequencies of all lines (Hz)."""
+    return tuple(fit.values[key] for key in _keys(fit))
 
 
-def _is_steady(problem: Problem, fit: Fit, line: str) -> bool:
+def _keys(fit: Fit) -> list[str]:
+    """Of the lines' frequencies."""
+    return [k for k in fit.values if k.startswith("freq")]
+
+
+def _is_steady(problem: Problem, fit: Fit, key: str) -> bool:
+    line = key.removeprefix("freq").removesuffix("_hz")
     told = [_amplitude(problem, fit, line, t) for t in problem.traces if t.role == "train"]
     amps, shown, errors = np.array(told).T
     if np.linalg.norm(shown) < LINE_PROVEN:

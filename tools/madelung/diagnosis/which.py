@@ -22,7 +22,7 @@ from madelung.diagnosis.effects.form import Form
 from madelung.diagnosis.effects.mechanics import creep_tau_s
 from madelung.diagnosis.effects.sensor import line_form
 from madelung.diagnosis.fit import ITERATIONS, Fit, Probe, Problem
-from madelung.diagnosis.lines import peaks, steady, steady_hz
+from madelung.diagnosis.lines import lines_hz, peaks, steady, steady_hz
 from madelung.diagnosis.noise import proven_fall
 from madelung.diagnosis.vocabulary import EFFECTS
 
@@ -557,7 +557,7 @@ class Engine:
     def _without_false_lines(self, fit: Fit) -> Fit:
         """Without lines that were what another effect, which has joined them, explains."""
         kept = steady_hz(self.problem, fit)
-        if steady(self.problem, fit) or not kept:
+        if not kept or kept == lines_hz(fit):
             return fit
         lines = self._line_form(kept)
         forms = tuple(lines if f.effect == LINES else f for f in fit.forms)
