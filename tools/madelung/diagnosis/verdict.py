@@ -119,12 +119,17 @@ def _allowed(traces: Sequence[Trace], problem: Problem) -> float:
 
 
 def _rivals(engine: Engine, search: Search) -> list[Fit]:
-    """Hypotheses of no more effects that the data cannot tell from the best."""
+    """Hypotheses of no more effects that the data cannot tell from the best.
+
+    Gains count in units of what the best leaves, where that is more than the noise.
+    """
     best, problem = search.best, engine.problem
     floor = problem.rows + _allowed(problem.traces, problem)
+    dispersion = max(best.cost / problem.rows, 1.0)
     found = []
     for fit in engine.alternatives(search):
-        close = engine.gain(fit, best) + unlikeliness(fit) - unlikeliness(best) < RIVAL_GAIN
+        gain = engine.gain(fit, best) / dispersion
+        close = gain + unlikeliness(fit) - unlikeliness(best) < RIVAL_GAIN
         alike = best.cost > floor and fit.cost - floor < RIVAL_EXCESS * (best.cost - floor)
         if close or alike:
             found.append(fit)
