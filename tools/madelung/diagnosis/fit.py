@@ -230,6 +230,11 @@ class Problem:
             ]
         )
 
+    def energy_um2(self, fit: Fit) -> float:
+        """Sum of squares of what a hypothesis leaves on the rows that are used, um^2."""
+        errors = [t.y_um - y for t, y in zip(self.traces, self.simulate(fit), strict=True)]
+        return float(sum(e[u] @ e[u] for e, u in zip(errors, self.used, strict=True)))
+
     def excess_per_row(self, residual: Array) -> Array:
         """By record: `excess` over the number of rows that are used."""
         rows = np.array([max(int(use.sum()), 1) for use in self.used], np.float64)

@@ -46,6 +46,8 @@ START_LEFT = 1e-6
 ROWS_MIN = 200
 """Differences from which a noise can be told."""
 BANDS = 18
+SURE_ERRORS = 3.0
+"""Standard errors above it of what is left in a band, that the noise may well be."""
 
 
 @dataclass(frozen=True)
@@ -219,9 +221,9 @@ def proven_fall(
 ) -> float:
     """Fall from one hypothesis's whitened residuals to another's, under the least favourable noise.
 
-    In each frequency band the fall is counted in units of the largest of: the noise as estimated,
-    what it may well be (`Noise.upper`), what the new hypothesis leaves there in this record, and
-    what it leaves in the middle one of all records (noise that was underestimated is so in all).
+    In each frequency band the fall is counted in units of the largest of: what the noise may well
+    be (`Noise.upper`), unless every record leaves less; what the new hypothesis leaves there in
+    this record, and in the middle one of all records (noise that was underestimated is so in all).
 
     Parameters
     ----------
@@ -238,10 +240,13 @@ def proven_fall(
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # a band that no record has
         middle = np.nan_to_num(np.nanmedian(left, axis=0), nan=1.0)
+        most = np.nan_to_num(np.nanmax(left, axis=0), nan=np.inf)
+    rows = sum(n for _, _, n in parts)
+    most *= 1 + SURE_ERRORS * np.sqrt(2 / np.maximum(rows, 1.0))
     total = 0.0
     for (fall, _, _), own, step in zip(parts, left, steps_s, strict=True):
-        unit = np.maximum(noise.upper(centres, step), np.fmax(own, middle))
-        total += float(np.sum(fall / np.maximum(unit, 1.0)))
+        noisy = np.minimum(np.maximum(noise.upper(centres, step), 1.0), most)
+        total += float(np.sum(fall / np.maximum(noisy, np.fmax(own, middle))))
     return total
 
 

@@ -45,7 +45,8 @@ RIVAL_SHARE = 0.5
 LINEAR_SHARE = 0.95
 NEAR_SHARE = 0.2
 """Of what the best removes, the shares that a rival must promise before it is fitted, which for a
-linear one is all it can do, and that it may still leave after a rough fit, to be fitted to the end.
+linear one is all it can do, and that it may still leave after a rough fit, to be fitted to the end
+even if it is not the best.
 """
 HOPEFUL_SHARE = 0.5
 """Of the least gain, below which no other form of an effect is tried."""
@@ -53,6 +54,8 @@ RIVAL_GAIN = 12.0
 """By which a rival's cost may be higher, in units of the noise, and the data not rule it out."""
 HOPELESS = 4000.0
 """A fit whose cost is higher by this has no weight, under any noise."""
+UNLIKELY_SHARE = 0.5
+"""Of what a usual model leaves, that an unlikely one may leave to be preferred in the search."""
 GAIN_PER_PARAM = 3.0
 SCREEN_MIN = 15.0
 SCREEN_SHARE = 1e-3
@@ -425,9 +428,20 @@ class Engine:
             goal = whole.cost if self.is_enough(whole, null) else None
             for fit in self._children(full, free, seen, goal):
                 key = fit.effects
-                if key not in found or self.score(fit) < self.score(found[key]):
+                if key not in found or self._is_preferred(fit, found[key]):
                     found[key] = fit
         return [self._keep(f) for f in found.values()]
+
+    def _is_preferred(self, fit: Fit, other: Fit) -> bool:
+        """Of the same effects: better, and by far if by a model that is unlikely beforehand.
+
+        As long as another cause is hidden, a little better says nothing of the model.
+        """
+        if unlikeliness(fit) == unlikeliness(other):
+            return self.score(fit) < self.score(other)
+        usual, unusual = sorted((fit, other), key=unlikeliness)
+        by_far = self._excess(unusual) < UNLIKELY_SHARE * self._excess(usual)
+        return fit is (unusual if by_far else usual)
 
     def is_enough(self, fit: Fit, null: Fit) -> bool:
         """Whether what is left is too little to look for what explains more."""
@@ -504,7 +518,7 @@ class Engine:
             return []
         near = self._front(rough)[:FINE_MAX]
         if goal is not None:
-            near = [f for f in near if f.cost < goal + NEAR_SHARE * way]
+            near = [f for f in near if f is near[0] or f.cost < goal + NEAR_SHARE * way]
         fine = self.map(
             lambda f: self._slim(self.problem.fit(f.forms, f.values, f.beta, near=f)), near
         )
@@ -644,7 +658,7 @@ class Engine:
             return False
         least = CLEAN_VISIBLE if extra <= STIFF_PARAMS else VISIBLE_SHARE
         lone = FURTHER_SHARE if telling[-1] < CLEAN_SHARE else FURTHER_CLEAN_SHARE
-        if _fitted(old) and visible[-1] < lone:
+        if _fitted(old) and visible[-1] < lone and self._removed(old, new, null) < lone:
             return False
         clean = (telling > CLEAN_SHARE) & (visible > least)
         large = (telling > REMAINDER_SHARE) & (visible > VISIBLE_SHARE)
@@ -682,6 +696,14 @@ class Engine:
             np.append(removed / of, removed.sum() / of.sum()) for of in (whole, rest)
         )
         return visible, telling
+
+    def _removed(self, old: Fit, new: Fit, null: Fit) -> float:
+        """Share of the gap's energy that the richer hypothesis removes, as the contract counts it.
+
+        Where the noise is coloured, fast parts weigh most in the costs; here they do not.
+        """
+        before, left, after = (self.problem.energy_um2(f) for f in (null, old, new))
+        return (left - after) / max(before, 1e-300)
 
     def gain(self, old: Fit, new: Fit) -> float:
         """Fall of the cost under the least favourable noise."""

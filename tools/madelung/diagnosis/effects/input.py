@@ -15,6 +15,9 @@ DELAY_MAX_STEPS = 400
 """Of the fastest record: the core's memory."""
 CLIP_SHARES = (0.01, 0.03, 0.07, 0.12, 0.2)
 """Of the range, that a clip may cut off."""
+SOFT_SLEW = 2.0
+"""Of the fastest command's rate: a limit with a knee bends slower ones too; far above, it is a lag.
+"""
 FAST_SHARE = 0.13
 """Of a pole's time constant, that faster ones may delay by."""
 
@@ -92,9 +95,11 @@ def _clipped(path: SignalPath, v: Values, free: bool) -> SignalPath:
 
 
 def _slew_limits(s: Scales) -> list[Form]:
-    slew = Param("slew_V_per_s", 1e-3 * s.rate_max_V_per_s, s.rate_max_V_per_s, log=True)
+    fastest = s.rate_max_V_per_s
+    slew = Param("slew_V_per_s", 1e-3 * fastest, fastest, log=True)
+    softly = Param("slew_V_per_s", 1e-3 * fastest, SOFT_SLEW * fastest, log=True)
     knee = Param("slew_knee_V", 1e-4 * s.range_V, 0.3 * s.range_V, log=True)
-    slews = [s.rate_max_V_per_s * float(k) for k in np.geomspace(0.02, 0.98, 14)]
+    slews = [fastest * float(k) for k in np.geomspace(0.02, 0.98, 14)]
     return [
         Form(
             "slew_limit",
@@ -120,14 +125,14 @@ def _slew_limits(s: Scales) -> list[Form]:
         Form(
             "slew_limit",
             "with a knee, as of an input stage that saturates",
-            (slew, knee),
+            (softly, knee),
             lambda _: [
                 {"slew_V_per_s": v, "slew_knee_V": k * s.range_V}
-                for v in slews[-6:]
+                for v in (*slews[-5:], 1.2 * fastest)
                 for k in (0.002, 0.01, 0.05)
             ],
-            path=same_names((slew, knee)),
-            refines=True,
+            path=same_names((softly, knee)),
+            unlikely=True,  # a small command sees nothing but a lag
         ),
     ]
 
