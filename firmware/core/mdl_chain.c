@@ -1,7 +1,5 @@
 #include "mdl_chain.h"
 
-#include "mdl_backlash.h"
-
 #include <string.h>
 
 #define SUBSTEPS_MAX 64u
@@ -120,9 +118,10 @@ static mdl_status check_modes(const mdl_chain_params *p)
 
 static mdl_status check_backlash(const mdl_chain_params *p)
 {
-    const mdl_real v[] = {p->dead_band_um, p->spring_share};
+    const mdl_real v[] = {p->dead_band_um, p->spread, p->spring_share};
     return judge(v, COUNT(v),
-                 p->dead_band_um >= MDL_C(0.0) && p->spring_share >= MDL_C(0.0) &&
+                 p->dead_band_um >= MDL_C(0.0) && p->spread >= MDL_C(0.0) &&
+                     p->spread <= MDL_C(1.0) && p->spring_share >= MDL_C(0.0) &&
                      p->spring_share <= MDL_C(1.0));
 }
 
@@ -298,9 +297,9 @@ static mdl_real creep(mdl_chain *chain, mdl_real y)
 }
 
 /* Behind the gap: what its play leaves, and what a spring carries across of y. */
-static mdl_real across(const mdl_chain *chain, mdl_real y)
+static mdl_real across(const mdl_chain *chain, mdl_real target_um, mdl_real y)
 {
-    return chain->at.target_um + chain->params->spring_share * (y - chain->at.target_um);
+    return target_um + chain->params->spring_share * (y - target_um);
 }
 
 /* Every dynamic state in equilibrium at u, which was reached from u_min without a turn. */
@@ -332,10 +331,8 @@ static mdl_status start(mdl_chain *chain, mdl_real u)
     for (i = 0; i < MDL_MODES_MAX; i++) {
         mdl_mode_reset(&chain->at.mode[i]);
     }
-    chain->at.target_um = y;
     if (acts(chain, MDL_BLOCK_BACKLASH)) {
-        chain->at.target_um = mdl_backlash_start(p->dead_band_um, y);
-        y = across(chain, y);
+        y = across(chain, mdl_contact_start(&chain->at.contact, p->dead_band_um, p->spread, y), y);
     }
     mdl_delay_reset(&chain->delay, y);
     chain->at.delayed_um = y;
@@ -441,8 +438,7 @@ static void mechanics(mdl_chain *chain, mdl_real y)
         }
     }
     if (acts(chain, MDL_BLOCK_BACKLASH)) {
-        chain->at.target_um = mdl_backlash_step(p->dead_band_um, chain->at.target_um, y);
-        y = across(chain, y);
+        y = across(chain, mdl_contact_step(&chain->at.contact, p->dead_band_um, p->spread, y), y);
     }
     chain->at.delayed_um =
         acts(chain, MDL_BLOCK_DELAY) ? mdl_delay_step(&chain->delay, &p->delay, y) : y;

@@ -21,6 +21,7 @@
 #ifndef MDL_CHAIN_H
 #define MDL_CHAIN_H
 
+#include "mdl_backlash.h"
 #include "mdl_bouc.h"
 #include "mdl_delay.h"
 #include "mdl_drive.h"
@@ -76,6 +77,7 @@ typedef struct {
     uint16_t mode_count;
     mdl_mode_params mode[MDL_MODES_MAX];
     mdl_real dead_band_um;  /**< full width */
+    mdl_real spread;        /**< of a rough contact's widths, see mdl_contact_start; 0: even */
     mdl_real spring_share;  /**< of the displacement that a spring carries across the gap, 0 to 1 */
     mdl_delay_params delay; /**< in substeps */
     mdl_real gain;
@@ -105,7 +107,7 @@ typedef struct {
     mdl_lag behind;
     mdl_real settled_um; /**< behind that pole */
     mdl_mode mode[MDL_MODES_MAX];
-    mdl_real target_um;  /**< where the gap's play leaves the target, without the spring */
+    mdl_contact contact; /**< where the gap's plays leave the target, without the spring */
     mdl_real delayed_um; /**< behind the delay */
 } mdl_chain_blocks;
 

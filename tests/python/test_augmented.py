@@ -43,7 +43,7 @@ FIELDS: dict[str, dict[str, Any]] = {
     "non_masing": {"shape": ((0, 0, 0, 0), (0, 0.2, 0, 0), (0, 0, 0, 0), (0.1, 0, 0, 0))},
     "creep": {"creep": (CreepMode(0.1, 0.01), CreepMode(600.0, 0.02))},
     "resonance": {"modes": (Mode(312.3, 0.0123, 0.91), Mode(1234.5, 0.03, 0.09))},
-    "backlash": {"dead_band_um": 0.0321, "spring_share": 0.21},
+    "backlash": {"dead_band_um": 0.0321, "spread": 0.43, "spring_share": 0.21},
     "gain_offset": {"gain": 1.0321, "offset_um": -0.123},
 }
 BOTH_SHAPES = np.add(*(FIELDS[e]["shape"] for e in ("asymmetry", "non_masing"))).tolist()

@@ -80,6 +80,7 @@ BLOCKS = {
     "envelopes": PATH.but(rise_V=8.0, rise_skew=0.3, fall_V=3.0, fall_skew=-0.6, follow=0.4),
     "backlash": PATH.but(dead_band_um=0.05),
     "backlash with a spring": PATH.but(dead_band_um=0.05, spring_share=0.2),
+    "backlash of a rough contact": PATH.but(dead_band_um=0.05, spread=0.4),
     "delay": PATH.but(delay_s=3.4e-4),
     "delay of less than a sample": PATH.but(delay_s=3.4e-5),
     "gain and offset": PATH.but(gain=1.03, offset_um=0.2),
@@ -409,6 +410,16 @@ def test_backlash_loses_its_dead_band_at_every_turn(spring_share: float) -> None
     expected += spring_share * (u - expected)
     found = run(LINE.but(dead_band_um=4.0, spring_share=spring_share), u)
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("spread", [0.3, 1.0])
+def test_a_rough_contact_is_the_mean_of_plays(spread: float) -> None:
+    """Of widths that lie evenly about the dead band."""
+    u = np.concatenate([np.linspace(5, 80, 200), np.linspace(80, 30, 200), np.linspace(30, 70, 99)])
+    widths = 4.0 * (1.0 + spread * (np.arange(1, 16, 2) / 8.0 - 1.0))
+    each = [run(LINE.but(dead_band_um=float(w)), u) for w in widths]
+    found = run(LINE.but(dead_band_um=4.0, spread=spread), u)
+    np.testing.assert_allclose(found, np.mean(each, axis=0), rtol=0, atol=1e-12)
 
 
 @pytest.mark.parametrize("delay_s", [2.3e-5, 3.4e-4, 1e-3, 5e-3])

@@ -73,6 +73,7 @@ BLOCKS = {
     "modes": {"modes": (Mode(312.3, 0.0123, 0.91), Mode(1234.5, 0.03, 0.09))},
     "backlash": {"dead_band_um": 0.0321},
     "backlash with a spring": {"dead_band_um": 0.0321, "spring_share": 0.4},
+    "backlash of a rough contact": {"dead_band_um": 0.0321, "spread": 0.3},
     "delay": {"delay_s": 3.21e-4},
     "gain and offset": {"gain": 1.0321, "offset_um": -0.123},
 }

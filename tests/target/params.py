@@ -52,6 +52,7 @@ PATH = SignalPath(
     creep=(CreepMode(0.01, 0.02), CreepMode(600.0, 0.01)),
     modes=(Mode(312.3, 0.012, 0.9), Mode(1234.5, 0.03, 0.1)),
     dead_band_um=0.03,
+    spread=0.3,
     spring_share=0.2,
     delay_s=3.21e-4,
     gain=1.03,

@@ -94,6 +94,7 @@ static void use_everything(void)
         params.mode[i] = mode;
     }
     params.dead_band_um = MDL_C(0.25);
+    params.spread = MDL_C(0.5);
     params.spring_share = MDL_C(0.25);
     params.delay.whole = 2;
     params.delay.weight[0] = MDL_C(0.75);
@@ -234,6 +235,7 @@ void test_init_refuses_what_no_block_can_run_with(void)
                          &params.mode[0].gamma[1],
                          &params.mode[1].share,
                          &params.dead_band_um,
+                         &params.spread,
                          &params.spring_share,
                          &params.delay.weight[3],
                          &params.gain,
@@ -284,6 +286,8 @@ void test_init_refuses_what_no_block_can_run_with(void)
                {&params.rate.swelling, MDL_C(-0.5)},
                {&params.creep[0].lag.decay, MDL_C(2.0)},
                {&params.dead_band_um, MDL_C(-0.5)},
+               {&params.spread, MDL_C(-0.5)},
+               {&params.spread, MDL_C(1.5)},
                {&params.spring_share, MDL_C(-0.5)},
                {&params.spring_share, MDL_C(1.5)}};
     uint16_t k;
@@ -1188,6 +1192,17 @@ void test_backlash(void)
     STEP(4.0, 6.0, MDL_OK); /* 7, half a dead band behind */
     STEP(2.0, 6.0, MDL_OK);
     STEP(1.0, 5.0, MDL_OK); /* 4, pulled */
+}
+
+void test_a_rough_contact_lets_go_part_by_part(void)
+{
+    use_line(MDL_BLOCK_BACKLASH);
+    params.dead_band_um = MDL_C(2.0);
+    params.spread = MDL_C(1.0); /* widths 0.25, 0.75, ... 3.75 */
+    start();
+    STEP(4.0, 6.0, MDL_OK);     /* 7, in the mean half a dead band behind */
+    STEP(3.5, 5.96875, MDL_OK); /* 6.5: the narrowest went along by 0.25 */
+    STEP(1.0, 4.875, MDL_OK);   /* 4: all but the two widest did */
 }
 
 void test_a_spring_carries_a_share_across_the_gap(void)

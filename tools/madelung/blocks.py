@@ -101,7 +101,11 @@ _FLAT = {
         "start_peak_V": _Range(*_ANY),
         "start_dip_V": _Range(-UNLIMITED_V, UNLIMITED_V, UNLIMITED_V),
     },
-    "backlash": {"dead_band_um": _Range(0.0, 1e6), "spring_share": _Range(0.0, 1.0, 0.0)},
+    "backlash": {
+        "dead_band_um": _Range(0.0, 1e6),
+        "spread": _Range(0.0, 1.0, 0.0),
+        "spring_share": _Range(0.0, 1.0, 0.0),
+    },
     "gain_offset": {"gain": _Range(*_ANY, 1.0), "offset_um": _Range(*_ANY, 0.0)},
 }
 _MODES = {

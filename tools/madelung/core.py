@@ -96,7 +96,7 @@ class Chain:
     modes
         By flexure mode: Phi - I (4, row by row), gamma (2), share.
     backlash
-        Dead band, um, and the spring's share.
+        Dead band, um, its widths' spread, and the spring's share.
     delay
         Whole samples, and the four weights.
     gain

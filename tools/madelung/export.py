@@ -274,7 +274,9 @@ def _blocks(chain: Chain) -> dict[str, Tree]:
     if chain.rate is not None:
         found["RATE"] = {"rate": _rate(chain.rate)}
     if chain.backlash is not None:
-        found["BACKLASH"] = _struct("backlash", ("dead_band_um", "spring_share"), chain.backlash)
+        found["BACKLASH"] = _struct(
+            "backlash", ("dead_band_um", "spread", "spring_share"), chain.backlash
+        )
     if chain.gain is not None:
         found["GAIN"] = _struct("gain_offset", ("gain", "offset_um"), chain.gain)
     return found | _lists(chain)

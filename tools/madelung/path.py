@@ -89,8 +89,9 @@ class SignalPath:
         A part by Bouc and Wen (mdl_bouc.h): size, reach, n, gamma.
     creep, modes
         Creep ladder, flexure modes.
-    dead_band_um, spring_share
-        Backlash, full width; share of the displacement that a spring carries across the gap.
+    dead_band_um, spread, spring_share
+        Backlash, full width; share of it by which a rough contact's widths differ at most; share of
+        the displacement that a spring carries across the gap.
     delay_s, substeps_min
         Pure delay; steps per sample in which the command is taken as linear, at least.
     gain, offset_um
@@ -140,6 +141,7 @@ class SignalPath:
     creep: tuple[CreepMode, ...] = field(default=())
     modes: tuple[Mode, ...] = field(default=())
     dead_band_um: float = 0.0
+    spread: float = 0.0
     spring_share: float = 0.0
     delay_s: float = 0.0
     substeps_min: int = 1
@@ -230,7 +232,7 @@ def discretise(path: SignalPath, step_s: float, substeps: int | None = None) -> 
         else None,
         creep=tuple((*_lag(m.tau_s, inner_s), m.gain) for m in path.creep),
         modes=tuple(_mode(m, inner_s) for m in path.modes),
-        backlash=(path.dead_band_um, path.spring_share) if path.dead_band_um else None,
+        backlash=(path.dead_band_um, path.spread, path.spring_share) if path.dead_band_um else None,
         delay=_delay(path, inner_s) if path.delay_s > 0 else None,
         gain=(path.gain, path.offset_um) if path.gain != 1.0 or path.offset_um != 0.0 else None,
         yang=_yang(path, path.yang, inner_s) if path.yang is not None else None,
@@ -341,7 +343,7 @@ _FIELDS = {
         "relax_per_V_s",
         "smooth",
     ),
-    "backlash": ("dead_band_um", "spring_share"),
+    "backlash": ("dead_band_um", "spread", "spring_share"),
     "gain_offset": ("gain", "offset_um"),
 }
 """Fields of `SignalPath` that are the parameters of an effect, under the same names."""
@@ -371,6 +373,7 @@ _SECONDARY = (
     "of_speed",
     "smooth",
     "lean",
+    "spread",
     "spring_share",
     "substeps_min",
 )

@@ -92,6 +92,7 @@ void batch_clear_blocks(batch *b)
     b->params.creep_count = 0;
     b->params.mode_count = 0;
     b->params.delay.whole = 0;
+    b->params.spread = MDL_C(0.0);
     b->params.spring_share = MDL_C(0.0);
 }
 
@@ -186,9 +187,10 @@ int32_t batch_set_modes(batch *b, uint16_t count, const mdl_real *phi, const mdl
     return MDL_OK;
 }
 
-void batch_set_backlash(batch *b, mdl_real dead_band_um, mdl_real spring_share)
+void batch_set_backlash(batch *b, mdl_real dead_band_um, mdl_real spread, mdl_real spring_share)
 {
     b->params.dead_band_um = dead_band_um;
+    b->params.spread = spread;
     b->params.spring_share = spring_share;
     switch_on(b, MDL_BLOCK_BACKLASH);
 }

@@ -54,7 +54,7 @@ int32_t batch_set_creep(batch *b, uint16_t count, const mdl_real *decay, const m
                         const mdl_real *gain);
 int32_t batch_set_modes(batch *b, uint16_t count, const mdl_real *phi, const mdl_real *gamma,
                         const mdl_real *share);
-void batch_set_backlash(batch *b, mdl_real dead_band_um, mdl_real spring_share);
+void batch_set_backlash(batch *b, mdl_real dead_band_um, mdl_real spread, mdl_real spring_share);
 int32_t batch_set_delay(batch *b, uint16_t whole, const mdl_real *weight);
 void batch_set_gain(batch *b, mdl_real gain, mdl_real offset_um);
 

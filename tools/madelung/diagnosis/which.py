@@ -54,8 +54,10 @@ RIVAL_GAIN = 12.0
 """By which a rival's cost may be higher, in units of the noise, and the data not rule it out."""
 HOPELESS = 4000.0
 """A fit whose cost is higher by this has no weight, under any noise."""
+UNLIKELY_GAIN = 20.0
 UNLIKELY_SHARE = 0.5
-"""Of what a usual model leaves, that an unlikely one may leave to be preferred in the search."""
+"""A model that is unlikely beforehand must show more by the first, in units of the noise; as long
+as others may be missing, it must leave less than this share of what a usual one leaves."""
 GAIN_PER_PARAM = 3.0
 SCREEN_MIN = 15.0
 SCREEN_SHARE = 1e-3
@@ -771,7 +773,7 @@ def _sized(
 
 def unlikeliness(fit: Fit) -> float:
     """By how much a fit must be better than one by more usual models, in units of the noise."""
-    return RIVAL_GAIN * sum(f.unlikely for f in fit.forms)
+    return UNLIKELY_GAIN * sum(f.unlikely for f in fit.forms)
 
 
 def _fitted(fit: Fit) -> int:

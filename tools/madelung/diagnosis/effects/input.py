@@ -15,7 +15,7 @@ DELAY_MAX_STEPS = 400
 """Of the fastest record: the core's memory."""
 CLIP_SHARES = (0.01, 0.03, 0.07, 0.12, 0.2)
 """Of the range, that a clip may cut off."""
-SOFT_SLEW = 2.0
+SOFT_SLEW = 1.25
 """Of the fastest command's rate: a limit with a knee bends slower ones too; far above, it is a lag.
 """
 FAST_SHARE = 0.13
@@ -128,7 +128,7 @@ def _slew_limits(s: Scales) -> list[Form]:
             (softly, knee),
             lambda _: [
                 {"slew_V_per_s": v, "slew_knee_V": k * s.range_V}
-                for v in (*slews[-5:], 1.2 * fastest)
+                for v in (*slews[-5:], 1.1 * fastest)
                 for k in (0.002, 0.01, 0.05)
             ],
             path=same_names((softly, knee)),

@@ -101,22 +101,26 @@ def _resonances(s: Scales) -> list[Form]:
 
 def _backlashes(s: Scales) -> list[Form]:
     band = Param("dead_band_um", 0.0, 0.2 * s.stroke_um, scale=0.1 * s.stroke_um)
-    sprung = (band, Param("spring_share", 0.0, 0.5))
     bands = [s.stroke_um * float(k) for k in np.geomspace(3e-4, 0.05, 8)]
+
+    def gap(name: str, more: Param | None = None, at: tuple[float, ...] = ()) -> Form:
+        starts = [{"dead_band_um": w} for w in bands]
+        if more is not None:
+            starts = [v | {more.key: a} for v in starts for a in at]
+        return Form(
+            "backlash",
+            name,
+            (band,) if more is None else (band, more),
+            lambda _: starts,
+            path=lambda path, v: path.but(spread=0.0, spring_share=0.0).but(**v_of(v)),
+            refines=more is not None,
+        )
+
+    def v_of(v: Values) -> dict[str, float]:
+        return {k: v[k] for k in ("dead_band_um", "spread", "spring_share") if k in v}
+
     return [
-        Form(
-            "backlash",
-            "dead band",
-            (band,),
-            lambda _: [{"dead_band_um": w} for w in bands],
-            path=same_names((band,)),
-        ),
-        Form(
-            "backlash",
-            "dead band, with a spring across it",
-            sprung,
-            lambda _: [{"dead_band_um": w, "spring_share": 0.1} for w in bands],
-            path=same_names(sprung),
-            refines=True,
-        ),
+        gap("dead band"),
+        gap("dead band, with a spring across it", Param("spring_share", 0.0, 0.5), (0.1,)),
+        gap("dead band of a rough contact", Param("spread", 0.0, 1.0), (0.2, 0.6)),
     ]
