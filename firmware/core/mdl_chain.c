@@ -48,6 +48,18 @@ static mdl_status check_lag(const mdl_lag_params *p)
                      p->ramp <= MDL_C(1.0));
 }
 
+static mdl_status check_load(const mdl_chain_params *p)
+{
+    const mdl_real v[] = {p->load_lean, p->load_slope.decay, p->load_slope.ramp, p->load_bend.decay,
+                          p->load_bend.ramp};
+    uint16_t i;
+    mdl_status status = check_lag(&p->lag);
+    for (i = 0; status == MDL_OK && i < COUNT(v); i++) {
+        status = judge(v + i, 1, mdl_size(v[i]) <= (i == 0 ? MDL_C(0.95) : MDL_C(4.0)));
+    }
+    return status;
+}
+
 static mdl_status check_relax(const mdl_relax_params *p)
 {
     const mdl_real v[] = {p->decay, p->early, p->pull};
@@ -141,7 +153,7 @@ static mdl_status check_blocks(const mdl_chain_params *p)
     }
     CHECK(MDL_BLOCK_SATURATION, check_saturation(&p->saturation))
     CHECK(MDL_BLOCK_SLEW, check_slew(&p->slew))
-    CHECK(MDL_BLOCK_LAG, check_lag(&p->lag))
+    CHECK(MDL_BLOCK_LAG, check_load(p))
     CHECK(MDL_BLOCK_ENVELOPE, check_envelope(&p->envelope))
     CHECK(MDL_BLOCK_RATE, check_rate(&p->rate))
     CHECK(MDL_BLOCK_BOUC, check_bouc(&p->bouc))
@@ -340,6 +352,29 @@ static mdl_status start(mdl_chain *chain, mdl_real u)
     return status;
 }
 
+static mdl_real limited(mdl_real v, mdl_real low, mdl_real high)
+{
+    return v < low ? low : (v > high ? high : v);
+}
+
+/* The amplifier's lag at the voltage that the drive was at. */
+static mdl_lag_params loaded(const mdl_chain *chain)
+{
+    const mdl_chain_params *p = chain->params;
+    mdl_lag_params now = p->lag;
+    if (p->load_lean != MDL_C(0.0)) {
+        mdl_real x = chain->at.drive_volts - p->u_min_volts;
+        mdl_real z = MDL_C(2.0) * x / p->major.range_volts - MDL_C(1.0);
+        mdl_real more = p->load_lean * limited(z, MDL_C(-1.0), MDL_C(1.0));
+        mdl_real w = -more / (MDL_C(1.0) + more);
+        now.decay += w * (p->load_slope.decay + w * p->load_bend.decay);
+        now.ramp += w * (p->load_slope.ramp + w * p->load_bend.ramp);
+        now.decay = limited(now.decay, MDL_C(0.0), MDL_C(1.0)); /* the sums are rounded */
+        now.ramp = limited(now.ramp, MDL_C(0.0), MDL_C(1.0));
+    }
+    return now;
+}
+
 /* Input box: saturation, slew limit, amplifier lag. */
 static mdl_real drive(mdl_chain *chain, mdl_real u)
 {
@@ -352,7 +387,11 @@ static mdl_real drive(mdl_chain *chain, mdl_real u)
         v = mdl_slew(&p->slew, before, v, rise);
     }
     chain->at.slewed_volts = v;
-    return acts(chain, MDL_BLOCK_LAG) ? v + mdl_lag_step(&chain->at.lag, &p->lag, v - before) : v;
+    if (acts(chain, MDL_BLOCK_LAG)) {
+        mdl_lag_params lag = loaded(chain);
+        v += mdl_lag_step(&chain->at.lag, &lag, v - before);
+    }
+    return v;
 }
 
 /*
@@ -481,7 +520,7 @@ static mdl_real within(const mdl_chain *chain, mdl_real u, mdl_real from, mdl_re
     low = to < low ? to : low;
     high = from > high ? from : high;
     high = to > high ? to : high;
-    return u < low ? low : (u > high ? high : u);
+    return limited(u, low, high);
 }
 
 mdl_status mdl_chain_step(mdl_chain *chain, mdl_real u_volts, mdl_real *y_um)

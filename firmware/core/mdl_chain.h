@@ -68,6 +68,10 @@ typedef struct {
                          * clipped; all that follows, a history too, is clipped */
     mdl_slew_params slew; /**< per substep */
     mdl_lag_params lag;
+    mdl_real load_lean; /**< share by which the lag's time constant is larger at u_max than in the
+                         * middle, and smaller at u_min; -0.95 to 0.95, 0: none */
+    mdl_lag_params load_slope; /**< lag's terms of w, the rise of 1 / (time constant), as a share */
+    mdl_lag_params load_bend;  /**< of the middle's; and of w^2. -4 to 4 */
     mdl_envelope_params envelope;
     mdl_rate_params rate;
     mdl_bouc_params bouc;

@@ -37,7 +37,7 @@ FIELDS: dict[str, dict[str, Any]] = {
         "rest_free": 1.0,
     },
     "slew_limit": {"slew_V_per_s": 12345.0, "slew_fall_V_per_s": 9876.0, "slew_knee_V": 0.5},
-    "amplifier_lag": {"corner_hz": 543.2, "behind_hz": 654.3},
+    "amplifier_lag": {"corner_hz": 543.2, "corner_lean": 0.21, "behind_hz": 654.3},
     "asymmetry": {"shape": ((0.1, 0, 0, 0), (0, 0, 0, 0), (0, 0, 0.3, 0), (0, 0, 0, 0))},
     "rate_dependence": {"damping_um": -0.05, "power": 0.7, "v_ref_V_per_s": 1e4},
     "non_masing": {"shape": ((0, 0, 0, 0), (0, 0.2, 0, 0), (0, 0, 0, 0), (0.1, 0, 0, 0))},

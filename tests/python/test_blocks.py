@@ -56,6 +56,7 @@ BLOCKS = {
     "unequal slew limit": PATH.but(slew_V_per_s=5000.0, slew_fall_V_per_s=3000.0),
     "slew limit with a knee": PATH.but(slew_V_per_s=5000.0, slew_knee_V=2.0),
     "lag": PATH.but(corner_hz=50.0),
+    "lag of a load": PATH.but(corner_hz=50.0, corner_lean=0.3),
     "a pole behind": PATH.but(behind_hz=50.0),
     "shape": PATH.but(shape=SHAPE),
     "damping": PATH.but(damping_um=-0.1, **RATE),
@@ -327,6 +328,22 @@ def test_lag_is_one_pole() -> None:
     tau = 1 / (2 * np.pi * 50.0)
     expected = lsim(([1.0], [tau, 1.0]), u, t)[1]
     np.testing.assert_allclose(run(LINE.but(corner_hz=50.0), u), expected, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("lean", [-0.3, 0.1, 0.4])
+def test_lag_of_a_load_that_grows_with_the_voltage(lean: float) -> None:
+    """dv/dt = (u - v) / tau(v), integrated by another solver."""
+    t, u = command()
+    tau = 1 / (2 * np.pi * 50.0)
+
+    def slope(now: float, v: Array) -> Array:
+        grown = 1 + lean * (2 * v / RANGE_V - 1)
+        return (np.interp(now, t, u) - v) / (tau * grown)
+
+    exact = solve_ivp(slope, (t[0], t[-1]), [u[0]], t_eval=t, rtol=1e-8, max_step=STEP_S)
+    found = run(LINE.but(corner_hz=50.0, corner_lean=lean), u)
+    error = found - exact.y[0]
+    assert np.abs(error).max() < 2e-3 * np.abs(exact.y[0] - u).max()
 
 
 def test_a_pole_behind_filters_what_the_hysteresis_gives() -> None:

@@ -50,6 +50,7 @@ BLOCKS = {
     "unequal slew limit": {"slew_V_per_s": 12345.0, "slew_fall_V_per_s": 9876.0},
     "slew limit with a knee": {"slew_V_per_s": 12345.0, "slew_knee_V": 0.3},
     "lag": {"corner_hz": 543.2},
+    "lag of a load": {"corner_hz": 543.2, "corner_lean": 0.21},
     "a pole behind": {"behind_hz": 654.3},
     "envelopes": {
         "rise_V": 7.7,

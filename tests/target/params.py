@@ -29,6 +29,7 @@ PATH = SignalPath(
     slew_V_per_s=9000.0,
     slew_fall_V_per_s=6000.0,
     corner_hz=321.0,
+    corner_lean=0.15,
     behind_hz=432.0,
     damping_um=-0.02,
     widening=0.1,

@@ -65,6 +65,11 @@ static void use_everything(void)
     params.slew.rise_volts = MDL_C(0.75);
     params.slew.fall_volts = MDL_C(0.5);
     params.lag = slow;
+    params.load_lean = MDL_C(0.5);
+    params.load_slope.decay = MDL_C(0.0625);
+    params.load_slope.ramp = MDL_C(-0.125);
+    params.load_bend.decay = MDL_C(-0.03125);
+    params.load_bend.ramp = MDL_C(0.0625);
     params.behind = slow;
     params.rate.filter = slow;
     params.rate.v_scale = MDL_C(-1.0);
@@ -204,6 +209,11 @@ void test_init_refuses_what_no_block_can_run_with(void)
                          &params.slew.early,
                          &params.lag.decay,
                          &params.lag.ramp,
+                         &params.load_lean,
+                         &params.load_slope.decay,
+                         &params.load_slope.ramp,
+                         &params.load_bend.decay,
+                         &params.load_bend.ramp,
                          &params.behind.decay,
                          &params.behind.ramp,
                          &params.rate.filter.decay,
@@ -275,6 +285,12 @@ void test_init_refuses_what_no_block_can_run_with(void)
                {&params.lag.decay, MDL_C(1.5)},
                {&params.lag.ramp, MDL_C(-0.5)},
                {&params.lag.ramp, MDL_C(1.5)},
+               {&params.load_lean, MDL_C(-1.0)},
+               {&params.load_lean, MDL_C(1.0)},
+               {&params.load_slope.decay, MDL_C(-4.5)},
+               {&params.load_slope.ramp, MDL_C(4.5)},
+               {&params.load_bend.decay, MDL_C(4.5)},
+               {&params.load_bend.ramp, MDL_C(-4.5)},
                {&params.behind.decay, MDL_C(1.5)},
                {&params.behind.ramp, MDL_C(-0.5)},
                {&params.rate.filter.ramp, MDL_C(1.5)},

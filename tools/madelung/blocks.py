@@ -63,6 +63,7 @@ _FLAT = {
     },
     "amplifier_lag": {
         "corner_hz": _Range(0.0, 1e12, 0.0),
+        "corner_lean": _Range(-0.9, 0.9, 0.0),
         "behind_hz": _Range(0.0, 1e12, 0.0),
     },
     "asymmetry": _terms((1, 3))

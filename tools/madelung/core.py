@@ -82,7 +82,8 @@ class Chain:
     slew
         rise, fall and knee, V, decay and early, see mdl_drive.h.
     lag, behind
-        decay and ramp of the poles before and behind the hysteresis.
+        decay and ramp of the poles before and behind the hysteresis; of the first then how
+        its load leans with the voltage, their slopes and their bends.
     rate
         decay and ramp of the velocity, v_scale, power, v_knee, at_knee, damping_um, widening,
         threshold_volts, swelling, lean, of_speed (0 or 1), decay, early and pull of viscous
@@ -111,14 +112,14 @@ class Chain:
     loop: tuple[float, float] = (0.0, 0.0)
     saturation: tuple[float, float, float, float, float] | None = None
     slew: tuple[float, float, float, float, float] | None = None
-    lag: tuple[float, float] | None = None
+    lag: tuple[float, ...] | None = None
     behind: tuple[float, float] | None = None
     rate: tuple[float, ...] | None = None
     envelope: tuple[float, ...] | None = None
     bouc: tuple[float, float, float, float] | None = None
     creep: tuple[tuple[float, ...], ...] = ()
     modes: tuple[tuple[float, ...], ...] = ()
-    backlash: tuple[float, float] | None = None
+    backlash: tuple[float, float, float] | None = None
     delay: tuple[int, tuple[float, ...]] | None = None
     gain: tuple[float, float] | None = None
     yang: YangParams | None = None

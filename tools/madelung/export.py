@@ -259,7 +259,6 @@ def _blocks(chain: Chain) -> dict[str, Tree]:
     found: dict[str, Tree] = {}
     for bit, member, names, values in (
         ("SLEW", "slew", _SLEW, chain.slew),
-        ("LAG", "lag", _LAG, chain.lag),
         ("BEHIND", "behind", _LAG, chain.behind),
         ("ENVELOPE", "envelope", _ENVELOPE, chain.envelope),
         ("BOUC", "bouc", _BOUC, chain.bouc),
@@ -271,6 +270,12 @@ def _blocks(chain: Chain) -> dict[str, Tree]:
             "saturation": _struct("saturation", _SATURATION, chain.saturation),
             "rest_free": f"{int(chain.saturation[4])}u",
         }
+    if chain.lag is not None:
+        found["LAG"] = {"lag": _struct("lag", _LAG, chain.lag)}
+        if chain.lag[2]:
+            found["LAG"]["load_lean"] = literal(chain.lag[2], "lag")
+            found["LAG"]["load_slope"] = _struct("lag", _LAG, chain.lag[3:])
+            found["LAG"]["load_bend"] = _struct("lag", _LAG, chain.lag[5:])
     if chain.rate is not None:
         found["RATE"] = {"rate": _rate(chain.rate)}
     if chain.backlash is not None:

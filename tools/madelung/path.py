@@ -73,8 +73,10 @@ class SignalPath:
     slew_V_per_s, slew_fall_V_per_s, slew_knee_V
         Slew limit, 0: none; for falling commands, 0: the same; the lag at which the rate
         saturates, 0: hard, else both ways are equal.
-    corner_hz, behind_hz
-        Amplifier lag, 0: none; a pole behind the hysteresis, 0: none.
+    corner_hz, corner_lean, behind_hz
+        Amplifier lag, 0: none; share by which its time constant is larger at u_max than in the
+        middle, as of a load whose capacitance grows with the voltage, and smaller at u_min; a pole
+        behind the hysteresis, 0: none.
     damping_um, widening, threshold_V, swelling, lean, power, v_ref_V_per_s, v_knee,
     velocity_tau_s
         Rate dependence (mdl_rate.h); the knee is in units of the reference, the last filters the
@@ -120,6 +122,7 @@ class SignalPath:
     slew_fall_V_per_s: float = 0.0
     slew_knee_V: float = 0.0
     corner_hz: float = 0.0
+    corner_lean: float = 0.0
     behind_hz: float = 0.0
     damping_um: float = 0.0
     widening: float = 0.0
@@ -223,7 +226,7 @@ def discretise(path: SignalPath, step_s: float, substeps: int | None = None) -> 
         loop=_loop(path),
         saturation=_saturation(path),
         slew=_slew(path, inner_s) if path.slew_V_per_s else None,
-        lag=_pole(path.corner_hz, inner_s),
+        lag=_loaded(path.corner_hz, path.corner_lean, inner_s),
         behind=_pole(path.behind_hz, inner_s),
         rate=_rate(path, inner_s) if path.has_rate else None,
         envelope=_envelope(path) if path.rise_V > 0 or path.fall_V > 0 else None,
@@ -253,6 +256,19 @@ def _saturation(path: SignalPath) -> tuple[float, float, float, float, float] | 
 
 def _pole(corner_hz: float, step_s: float) -> tuple[float, float] | None:
     return _lag(1 / (2 * np.pi * corner_hz), step_s) if corner_hz else None
+
+
+def _loaded(corner_hz: float, lean: float, step_s: float) -> tuple[float, ...] | None:
+    """The pole in the middle of the range, and the terms that make those at both ends of it."""
+    middle = _pole(corner_hz, step_s)
+    if middle is None or lean == 0.0:
+        return middle and (*middle, *[0.0] * 5)
+    tau_s = 1 / (2 * np.pi * corner_hz)
+    w = np.array([-z * lean / (1 + z * lean) for z in (-1, 1)])
+    ends = [lag_coefficients(tau_s * (1 + z * lean), step_s) for z in (-1, 1)]
+    rises = np.array(ends) - lag_coefficients(tau_s, step_s)
+    slope, bend = np.linalg.solve(np.column_stack([w, w**2]), rises)
+    return (*middle, lean, *(_flushed(float(t)) for t in (*slope, *bend)))
 
 
 def _lag(tau_s: float, step_s: float) -> tuple[float, float]:
@@ -327,7 +343,7 @@ _FIELDS = {
     "delay": ("delay_s", "substeps_min"),
     "saturation": ("high_V", "low_V", "knee_V", "knee_power", "rest_free"),
     "slew_limit": ("slew_V_per_s", "slew_fall_V_per_s", "slew_knee_V"),
-    "amplifier_lag": ("corner_hz", "behind_hz"),
+    "amplifier_lag": ("corner_hz", "corner_lean", "behind_hz"),
     "rate_dependence": (
         "damping_um",
         "widening",
@@ -375,6 +391,7 @@ _SECONDARY = (
     "lean",
     "spread",
     "spring_share",
+    "corner_lean",
     "substeps_min",
 )
 """Parameters that do nothing by themselves."""

@@ -117,9 +117,13 @@ void batch_set_slew(batch *b, mdl_real rise_volts, mdl_real fall_volts, mdl_real
     switch_on(b, MDL_BLOCK_SLEW);
 }
 
-void batch_set_lag(batch *b, mdl_real decay, mdl_real ramp)
+void batch_set_lag(batch *b, mdl_real decay, mdl_real ramp, mdl_real lean, mdl_real decay_slope,
+                   mdl_real ramp_slope, mdl_real decay_bend, mdl_real ramp_bend)
 {
     b->params.lag = (mdl_lag_params){decay, ramp};
+    b->params.load_lean = lean;
+    b->params.load_slope = (mdl_lag_params){decay_slope, ramp_slope};
+    b->params.load_bend = (mdl_lag_params){decay_bend, ramp_bend};
     switch_on(b, MDL_BLOCK_LAG);
 }
 

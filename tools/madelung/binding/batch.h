@@ -41,7 +41,8 @@ void batch_set_saturation(batch *b, mdl_real high_volts, mdl_real low_volts, mdl
                           mdl_real knee_power, uint16_t rest_free);
 void batch_set_slew(batch *b, mdl_real rise_volts, mdl_real fall_volts, mdl_real knee_volts,
                     mdl_real decay, mdl_real early);
-void batch_set_lag(batch *b, mdl_real decay, mdl_real ramp);
+void batch_set_lag(batch *b, mdl_real decay, mdl_real ramp, mdl_real lean, mdl_real decay_slope,
+                   mdl_real ramp_slope, mdl_real decay_bend, mdl_real ramp_bend);
 void batch_set_behind(batch *b, mdl_real decay, mdl_real ramp);
 void batch_set_rate(batch *b, mdl_real decay, mdl_real ramp, mdl_real v_scale, mdl_real power,
                     mdl_real v_knee, mdl_real at_knee, mdl_real damping_um, mdl_real widening,

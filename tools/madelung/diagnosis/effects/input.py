@@ -18,6 +18,8 @@ CLIP_SHARES = (0.01, 0.03, 0.07, 0.12, 0.2)
 SOFT_SLEW = 1.25
 """Of the fastest command's rate: a limit with a knee bends slower ones too; far above, it is a lag.
 """
+LEAN_MAX = 0.4
+"""A stack's capacitance grows by up to twice this share from one end of its range to the other."""
 FAST_SHARE = 0.13
 """Of a pole's time constant, that faster ones may delay by."""
 
@@ -147,14 +149,24 @@ def _lags(s: Scales) -> list[Form]:
             "one pole",
             (corner,),
             lambda _: [{"corner_hz": f} for f in corners],
-            path=lambda path, v: path.but(corner_hz=v["corner_hz"], behind_hz=0.0),
+            path=lambda path, v: path.but(corner_hz=v["corner_hz"], corner_lean=0.0, behind_hz=0.0),
+        ),
+        Form(
+            "amplifier_lag",
+            "one pole, of a load that grows with the voltage",
+            (corner, Param("corner_lean", -LEAN_MAX, LEAN_MAX)),
+            lambda _: [{"corner_hz": f, "corner_lean": 0.1} for f in corners],
+            path=lambda path, v: path.but(
+                corner_hz=v["corner_hz"], corner_lean=v["corner_lean"], behind_hz=0.0
+            ),
+            refines=True,
         ),
         Form(
             "amplifier_lag",
             "one pole behind the hysteresis",
             (corner,),
             lambda _: [{"corner_hz": f} for f in corners],
-            path=lambda path, v: path.but(corner_hz=0.0, behind_hz=v["corner_hz"]),
+            path=lambda path, v: path.but(corner_hz=0.0, corner_lean=0.0, behind_hz=v["corner_hz"]),
             unlikely=True,  # nor the effect's name where one before the hysteresis is ruled out
         ),
         Form(
@@ -164,6 +176,7 @@ def _lags(s: Scales) -> list[Form]:
             lambda _: [{"corner_hz": f, "delay_share": 0.1} for f in corners],
             path=lambda path, v: path.but(
                 corner_hz=v["corner_hz"],
+                corner_lean=0.0,
                 behind_hz=0.0,
                 delay_s=path.delay_s
                 + min(v["delay_share"] / (2 * np.pi * v["corner_hz"]), longest),

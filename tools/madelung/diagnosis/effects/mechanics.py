@@ -6,7 +6,14 @@ from itertools import pairwise
 
 import numpy as np
 
-from madelung.diagnosis.effects.form import Apply, Form, Param, Scales, null_start, same_names
+from madelung.diagnosis.effects.form import (
+    Apply,
+    Form,
+    Param,
+    Scales,
+    Values,
+    null_start,
+)
 from madelung.path import CreepMode, Mode
 
 CREEP_TAU_S = tuple(float(10.0**k) for k in np.arange(-2.5, 3.01, 0.5))
