@@ -32,8 +32,9 @@ Status = Literal["identified", "ambiguous", "unknown", "no_gap"]
 
 CANDIDATES_MAX = 4
 RIVAL_EXCESS = 1.3
-"""A rival is set aside when its cost is clearly higher (`RIVAL_GAIN`) and its excess over the noise
-is larger by this factor."""
+CLEAR_EXCESS = 0.1
+"""A rival is set aside when its cost is clearly higher (`RIVAL_GAIN`) and, where the best leaves more
+than the second over the noise per row, its excess is larger by the first factor."""
 REMAINDER_MANY = 0.01
 """Share of the gap that may stay unexplained beside more than a pair of effects, whose sum may as
 well be a curve through something else; beside fewer it is `REMAINDER_MAX`."""
@@ -124,13 +125,13 @@ def _rivals(engine: Engine, search: Search) -> list[Fit]:
     Gains count in units of what the best leaves, where that is more than the noise.
     """
     best, problem = search.best, engine.problem
-    floor = problem.rows + _allowed(problem.traces, problem)
     dispersion = max(best.cost / problem.rows, 1.0)
     found = []
     for fit in engine.alternatives(search):
         gain = engine.gain(fit, best) / dispersion
         close = gain + unlikeliness(fit) - unlikeliness(best) < RIVAL_GAIN
-        alike = best.cost > floor and fit.cost - floor < RIVAL_EXCESS * (best.cost - floor)
+        left, least = (f.cost - problem.rows for f in (fit, best))
+        alike = least > CLEAR_EXCESS * problem.rows and left < RIVAL_EXCESS * least
         if close or alike:
             found.append(fit)
     return found[: CANDIDATES_MAX - 1]

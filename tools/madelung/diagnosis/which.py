@@ -109,6 +109,7 @@ LINES = "periodic_disturbance"
 BENT = frozenset({"asymmetry", "non_masing"})
 """Loops that are not symmetric bend minor loops too: one effect, not two (diagnose.md)."""
 DAMPING_SHARE = 0.95
+SLEW_SHARE = 0.95
 CREEP_FAST_S = 0.05
 CREEP_SLOW_SHARE = 0.3
 """Of the displacement that follows late, later than the time above: it is log-like in time."""
@@ -786,15 +787,20 @@ def _joins_plausibly(fit: Fit, parent: Fit) -> bool:
     (new,) = fit.effects - parent.effects
     if all(fit.values[p.key] == p.null for f in fit.forms if f.effect == new for p in f.params):
         return False
-    return not _fitted(parent) or _plausible(fit, new)
+    unlikely = any(f.unlikely for f in fit.forms if f.effect == new)
+    return not (unlikely or _fitted(parent)) or _plausible(fit, new)
 
 
 def _plausible(fit: Fit, effect: str) -> bool:
     """Whether an effect is what its name says.
 
     Beside another model that is not quite right, a mode at the bound of its damping is a filter,
-    creep that goes back is a curve, and creep that is over at once is a lag.
+    creep that goes back is a curve, and creep that is over at once is a lag. So is a soft slew
+    limit at the bound of its rate.
     """
+    if effect == "slew_limit" and "slew_knee_V" in fit.values:
+        (slew,) = (p for p in fit.params if p.key == "slew_V_per_s")
+        return fit.values[slew.key] < SLEW_SHARE * slew.high
     if effect == "resonance":
         dampings = [fit.values[p.key] / p.high for p in fit.params if p.key.startswith("zeta")]
         return max(dampings) < DAMPING_SHARE
