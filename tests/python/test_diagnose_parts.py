@@ -148,12 +148,24 @@ def test_a_fall_counts_less_where_the_noise_is_in_doubt() -> None:
     doubted = replace(sure, lowest_hz=1.0)
     t = np.arange(20_000) * 0.005
     rest = list(RNG(1).standard_normal((3, t.size)))
-    for hz, share in ((0.05, 0.1), (20.0, 1.0)):
+    for hz, share in ((0.05, 0.4), (20.0, 1.0)):  # of some 30 rows that tell of the slow one
         before = [r + 0.2 * np.sin(2.0 * np.pi * hz * t) for r in rest]
         steps = [0.005] * 3
         whole, cautious = (proven_fall(n, before, rest, steps) for n in (sure, doubted))
         assert whole == pytest.approx(3 * 0.02 * t.size, rel=0.35)
-        assert cautious < 1.01 * max(share, 0.2) * whole
+        assert cautious < 1.01 * share * whole
+
+
+def test_noise_is_no_more_than_every_record_leaves() -> None:
+    doubled = Noise(1.0, 0.0, 1.0, 1000, True)
+    t = np.arange(20_000) * 0.005
+    rest = list(0.5 * RNG(1).standard_normal((3, t.size)))
+    before = [r + 0.1 * np.sin(2.0 * np.pi * 20.0 * t) for r in rest]
+    steps = [0.005] * 3
+    assert proven_fall(doubled, before, rest, steps) == pytest.approx(3 * 0.02 * t.size, rel=0.15)
+    louder = [rest[0], rest[1], 4.0 * rest[2]]  # one record in which it may be as loud as said
+    told = proven_fall(doubled, before, louder, steps) - proven_fall(doubled, rest, louder, steps)
+    assert told < 0.4 * 3 * 0.02 * t.size
 
 
 def test_a_fall_counts_less_where_every_record_keeps_more_than_the_noise() -> None:

@@ -33,8 +33,8 @@ Status = Literal["identified", "ambiguous", "unknown", "no_gap"]
 CANDIDATES_MAX = 4
 RIVAL_EXCESS = 1.3
 CLEAR_EXCESS = 0.1
-"""A rival is set aside when its cost is clearly higher (`RIVAL_GAIN`) and, where the best leaves more
-than the second over the noise per row, its excess is larger by the first factor."""
+"""A rival is set aside when its cost is clearly higher (`RIVAL_GAIN`); where the best leaves more
+than the second over the noise, per row, its excess must also be larger by the first factor."""
 REMAINDER_MANY = 0.01
 """Share of the gap that may stay unexplained beside more than a pair of effects, whose sum may as
 well be a curve through something else; beside fewer it is `REMAINDER_MAX`."""
