@@ -43,7 +43,7 @@ DEGREE_RICH = 13
 """Of f0 in the search: a bend that the firmware's degrees cannot follow is no effect."""
 DEGREE_MORE = 2
 """Train records may show so much more of f0's bend than the slow loop did."""
-SEARCH_ROWS = 28_000
+SEARCH_ROWS = 24_000
 FURTHER_ROWS = 112_000
 """The search runs on the heads of longer records; from its result it goes on with more rows, if
 these show more; and what it comes to is fitted to all rows."""

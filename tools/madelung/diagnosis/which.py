@@ -108,6 +108,7 @@ EXCHANGE_SLACK = 0.3
 LINES = "periodic_disturbance"
 BENT = frozenset({"asymmetry", "non_masing"})
 """Loops that are not symmetric bend minor loops too: one effect, not two (diagnose.md)."""
+MORE_RATIO = 1.3
 DAMPING_SHARE = 0.95
 SLEW_SHARE = 0.95
 CREEP_FAST_S = 0.05
@@ -211,7 +212,8 @@ class Engine:
         price
             Ranks the smaller problem's fits.
         seen_before
-            By record, what the smaller problem's result left there above the noise, per row.
+            By record, what the smaller problem's result left there above the noise, per row: what
+            is clearly more calls for another search.
             None: the search ends here, and rivals are near enough to be fitted in a few steps.
         """
         on = seen_before is not None
@@ -223,8 +225,9 @@ class Engine:
         for fit in again:  # in their order, not in that of the threads
             self._keep(fit)
         seen = self.problem.excess_per_row(best.residual)
-        more = seen_before is not None and np.any(seen > seen_before + EXCESS_MIN)
-        if more and not self.is_enough(best, null):
+        expected = np.maximum(seen if seen_before is None else seen_before, 0.0)
+        more = np.any(seen > MORE_RATIO * expected + EXCESS_MIN)
+        if on and more and not self.is_enough(best, null):
             return self._climb(null, self._refined(best, null))
         return Search(null, self._pruned(best, null), self.fits)
 
