@@ -252,7 +252,8 @@ class Engine:
         near = near[:RIVALS_MAX]
         named = set(found.best.effects).union(*(f.effects for f in near))
         far = []
-        for fit in others:
+        # No larger ones first: they may be rivals.
+        for fit in sorted(others, key=lambda f: len(f.forms) > len(found.best.forms)):
             if not fit.effects <= named:
                 far.append(fit)
                 named |= fit.effects
