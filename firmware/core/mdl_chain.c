@@ -55,7 +55,7 @@ static mdl_status check_load(const mdl_chain_params *p)
     uint16_t i;
     mdl_status status = check_lag(&p->lag);
     for (i = 0; status == MDL_OK && i < COUNT(v); i++) {
-        status = judge(v + i, 1, mdl_size(v[i]) <= (i == 0 ? MDL_C(0.95) : MDL_C(4.0)));
+        status = judge(v + i, 1, mdl_size(v[i]) <= (i == 0 ? MDL_C(0.5) : MDL_C(4.0)));
     }
     return status;
 }
@@ -357,19 +357,20 @@ static mdl_real limited(mdl_real v, mdl_real low, mdl_real high)
     return v < low ? low : (v > high ? high : v);
 }
 
-/* The amplifier's lag at the voltage that the drive was at. */
-static mdl_lag_params loaded(const mdl_chain *chain)
+/* The amplifier's lag at a voltage of the drive. */
+static mdl_lag_params loaded(const mdl_chain *chain, mdl_real v)
 {
     const mdl_chain_params *p = chain->params;
     mdl_lag_params now = p->lag;
     if (p->load_lean != MDL_C(0.0)) {
-        mdl_real x = chain->at.drive_volts - p->u_min_volts;
+        mdl_real x = v - p->u_min_volts;
         mdl_real z = MDL_C(2.0) * x / p->major.range_volts - MDL_C(1.0);
         mdl_real more = p->load_lean * limited(z, MDL_C(-1.0), MDL_C(1.0));
         mdl_real w = -more / (MDL_C(1.0) + more);
         now.decay += w * (p->load_slope.decay + w * p->load_bend.decay);
         now.ramp += w * (p->load_slope.ramp + w * p->load_bend.ramp);
-        now.decay = limited(now.decay, MDL_C(0.0), MDL_C(1.0)); /* the sums are rounded */
+        now.decay =
+            limited(now.decay, MDL_C(0.0), MDL_C(1.0)); /* where rounding leaves its range */
         now.ramp = limited(now.ramp, MDL_C(0.0), MDL_C(1.0));
     }
     return now;
@@ -388,7 +389,12 @@ static mdl_real drive(mdl_chain *chain, mdl_real u)
     }
     chain->at.slewed_volts = v;
     if (acts(chain, MDL_BLOCK_LAG)) {
-        mdl_lag_params lag = loaded(chain);
+        mdl_lag_params lag = loaded(chain, chain->at.drive_volts);
+        if (p->load_lean != MDL_C(0.0)) { /* as it is in the middle of the step */
+            mdl_lag trial = chain->at.lag;
+            mdl_real then = v + mdl_lag_step(&trial, &lag, v - before);
+            lag = loaded(chain, MDL_C(0.5) * (chain->at.drive_volts + then));
+        }
         v += mdl_lag_step(&chain->at.lag, &lag, v - before);
     }
     return v;

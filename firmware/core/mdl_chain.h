@@ -69,9 +69,11 @@ typedef struct {
     mdl_slew_params slew; /**< per substep */
     mdl_lag_params lag;
     mdl_real load_lean; /**< share by which the lag's time constant is larger at u_max than in the
-                         * middle, and smaller at u_min; -0.95 to 0.95, 0: none */
-    mdl_lag_params load_slope; /**< lag's terms of w, the rise of 1 / (time constant), as a share */
-    mdl_lag_params load_bend;  /**< of the middle's; and of w^2. -4 to 4 */
+                         * middle, and smaller at u_min, as of a load whose capacitance grows with
+                         * the voltage; -0.5 to 0.5, 0: none. Between, the lag is a parabola in w,
+                         * the rise of 1 / (time constant) as a share: off by 0.01 of 1 at 0.4 */
+    mdl_lag_params load_slope; /**< its terms of w, -4 to 4 */
+    mdl_lag_params load_bend;  /**< and of w^2, -4 to 4 */
     mdl_envelope_params envelope;
     mdl_rate_params rate;
     mdl_bouc_params bouc;

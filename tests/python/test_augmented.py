@@ -199,6 +199,8 @@ def block(effect: str, **parameters: object) -> dict[str, Any]:
         ([block("slew_limit", slew_V_per_s=9, slew_fall_V_per_s=-1)], "= -1 must be 0"),
         ([block("amplifier_lag", corner_hz="50")], "corner_hz must hold finite numbers"),
         ([block("amplifier_lag")], "corner_hz or behind_hz must be above 0"),
+        ([block("amplifier_lag", corner_lean=0.3)], "corner_hz or behind_hz must be above 0"),
+        ([block("amplifier_lag", corner_hz=9, corner_lean=0.6)], "= 0.6 must be -0.5 to 0.5"),
         ([block("asymmetry", g21_um=1)], "asymmetry has no parameter 'g21_um'"),
         ([block("asymmetry", rise_V=-1)], "rise_V = -1 must be 0"),
         ([block("asymmetry", rise_V=1, rise_skew=1.1)], "rise_skew = 1.1 must be -1 to 1"),

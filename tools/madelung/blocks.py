@@ -63,7 +63,7 @@ _FLAT = {
     },
     "amplifier_lag": {
         "corner_hz": _Range(0.0, 1e12, 0.0),
-        "corner_lean": _Range(-0.9, 0.9, 0.0),
+        "corner_lean": _Range(-0.5, 0.5, 0.0),
         "behind_hz": _Range(0.0, 1e12, 0.0),
     },
     "asymmetry": _terms((1, 3))
@@ -178,7 +178,8 @@ def _checked(block: Block) -> Block:
             raise InputError(
                 f"saturation: with a knee_power, 1 to 32, knee_V must be above 0, at most {wide:g}"
             )
-    if name == "amplifier_lag" and max(values.values()) < _POSITIVE[0]:
+    poles = [values.get(key, 0.0) for key in ("corner_hz", "behind_hz")]
+    if name == "amplifier_lag" and max(poles) < _POSITIVE[0]:
         raise InputError("amplifier_lag: corner_hz or behind_hz must be above 0")
     if name == "rate_dependence":
         laws = ("relax_s", "relax_per_V_s", "widening")

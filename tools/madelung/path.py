@@ -31,6 +31,8 @@ BELOW_1 = 1 - 2**-24
 """The float below 1, which in a decay stands for the law of the square."""
 VELOCITY_SAMPLES = 0.5
 """Least time constant of the velocity filter of the rate block, in (sub)samples."""
+LEAN_MIN = 1e-6
+"""Of a load, below which it does not act: its terms would be nothing but rounding."""
 TINY = 1e-37
 """Coefficients below this are 0: the DSP takes denormal floats for zero."""
 
@@ -261,7 +263,7 @@ def _pole(corner_hz: float, step_s: float) -> tuple[float, float] | None:
 def _loaded(corner_hz: float, lean: float, step_s: float) -> tuple[float, ...] | None:
     """The pole in the middle of the range, and the terms that make those at both ends of it."""
     middle = _pole(corner_hz, step_s)
-    if middle is None or lean == 0.0:
+    if middle is None or abs(lean) < LEAN_MIN:
         return middle and (*middle, *[0.0] * 5)
     tau_s = 1 / (2 * np.pi * corner_hz)
     w = np.array([-z * lean / (1 + z * lean) for z in (-1, 1)])

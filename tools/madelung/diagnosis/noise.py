@@ -47,7 +47,10 @@ ROWS_MIN = 200
 """Differences from which a noise can be told."""
 BANDS = 18
 SURE_ERRORS = 3.0
-"""Standard errors above it of what is left in a band, that the noise may well be."""
+SURE_ROWS = 50
+LEFT_MIN = 0.1
+"""Standard errors above what is left in a band that the noise may well be, if that many rows tell
+of it; and the least share of the noise as estimated that is believed."""
 
 
 @dataclass(frozen=True)
@@ -242,7 +245,8 @@ def proven_fall(
         middle = np.nan_to_num(np.nanmedian(left, axis=0), nan=1.0)
         most = np.nan_to_num(np.nanmax(left, axis=0), nan=np.inf)
     rows = sum(n for _, _, n in parts)
-    most *= 1 + SURE_ERRORS * np.sqrt(2 / np.maximum(rows, 1.0))
+    most = np.maximum(most * (1 + SURE_ERRORS * np.sqrt(2 / np.maximum(rows, 1.0))), LEFT_MIN)
+    most[rows < SURE_ROWS] = np.inf  # there a fit of few parameters takes all there is
     total = 0.0
     for (fall, _, _), own, step in zip(parts, left, steps_s, strict=True):
         noisy = np.minimum(np.maximum(noise.upper(centres, step), 1.0), most)

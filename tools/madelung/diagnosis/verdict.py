@@ -120,16 +120,11 @@ def _allowed(traces: Sequence[Trace], problem: Problem) -> float:
 
 
 def _rivals(engine: Engine, search: Search) -> list[Fit]:
-    """Hypotheses of no more effects that the data cannot tell from the best.
-
-    Gains count in units of what the best leaves, where that is more than the noise.
-    """
+    """Hypotheses of no more effects that the data cannot tell from the best."""
     best, problem = search.best, engine.problem
-    dispersion = max(best.cost / problem.rows, 1.0)
     found = []
     for fit in engine.alternatives(search):
-        gain = engine.gain(fit, best) / dispersion
-        close = gain + unlikeliness(fit) - unlikeliness(best) < RIVAL_GAIN
+        close = engine.gain(fit, best) + unlikeliness(fit) - unlikeliness(best) < RIVAL_GAIN
         left, least = (f.cost - problem.rows for f in (fit, best))
         alike = least > CLEAR_EXCESS * problem.rows and left < RIVAL_EXCESS * least
         if close or alike:

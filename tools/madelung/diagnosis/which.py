@@ -225,9 +225,11 @@ class Engine:
         for fit in again:  # in their order, not in that of the threads
             self._keep(fit)
         seen = self.problem.excess_per_row(best.residual)
-        expected = np.maximum(seen if seen_before is None else seen_before, 0.0)
-        more = np.any(seen > MORE_RATIO * expected + EXCESS_MIN)
-        if on and more and not self.is_enough(best, null):
+        if seen_before is None or self.is_enough(best, null):
+            more = False
+        else:
+            more = bool(np.any(seen > MORE_RATIO * np.maximum(seen_before, 0.0) + EXCESS_MIN))
+        if more:
             return self._climb(null, self._refined(best, null))
         return Search(null, self._pruned(best, null), self.fits)
 
@@ -447,7 +449,8 @@ class Engine:
         if unlikeliness(fit) == unlikeliness(other):
             return self.score(fit) < self.score(other)
         usual, unusual = sorted((fit, other), key=unlikeliness)
-        by_far = self._excess(unusual) < UNLIKELY_SHARE * self._excess(usual)
+        more, less = (max(self._excess(f), 0.0) for f in (usual, unusual))
+        by_far = less < UNLIKELY_SHARE * more
         return fit is (unusual if by_far else usual)
 
     def is_enough(self, fit: Fit, null: Fit) -> bool:
@@ -705,7 +708,7 @@ class Engine:
         return visible, telling
 
     def _removed(self, old: Fit, new: Fit, null: Fit) -> float:
-        """Share of the gap's energy that the richer hypothesis removes, as the contract counts it.
+        """Share that the richer hypothesis removes of what f0 alone leaves, by its energy in um^2.
 
         Where the noise is coloured, fast parts weigh most in the costs; here they do not.
         """

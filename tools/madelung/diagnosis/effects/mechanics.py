@@ -110,6 +110,9 @@ def _backlashes(s: Scales) -> list[Form]:
     band = Param("dead_band_um", 0.0, 0.2 * s.stroke_um, scale=0.1 * s.stroke_um)
     bands = [s.stroke_um * float(k) for k in np.geomspace(3e-4, 0.05, 8)]
 
+    def of_gap(v: Values) -> dict[str, float]:
+        return {k: v.get(k, 0.0) for k in ("dead_band_um", "spread", "spring_share")}
+
     def gap(name: str, more: Param | None = None, at: tuple[float, ...] = ()) -> Form:
         starts = [{"dead_band_um": w} for w in bands]
         if more is not None:
@@ -119,12 +122,9 @@ def _backlashes(s: Scales) -> list[Form]:
             name,
             (band,) if more is None else (band, more),
             lambda _: starts,
-            path=lambda path, v: path.but(spread=0.0, spring_share=0.0).but(**v_of(v)),
+            path=lambda path, v: path.but(**of_gap(v)),
             refines=more is not None,
         )
-
-    def v_of(v: Values) -> dict[str, float]:
-        return {k: v[k] for k in ("dead_band_um", "spread", "spring_share") if k in v}
 
     return [
         gap("dead band"),
