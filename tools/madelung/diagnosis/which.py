@@ -75,7 +75,8 @@ CLEAN_SHARE = 0.9
 CLEAN_VISIBLE = 5e-4
 """An effect that removes nearly all that was unexplained may be so small a part of the gap, ..."""
 STIFF_PARAMS = 2
-"""... if it has no more parameters: others may fit what another model does not do quite right."""
+"""... if it has no more parameters and is no unlikely model: these may fit what another does not do
+quite right."""
 EXACT_SHARE = 0.95
 """Of what is more than noise, that nothing but the cause removes."""
 BEAM = 3
@@ -662,11 +663,12 @@ class Engine:
         once = extra == 1 and telling[-1] > CLEAN_SHARE
         if not once and _spread_gain(old, new) < GAIN_MIN / 2:
             return False
-        if gain > GAIN_BESIDE_CLEAN and self._is_exact(old, new, telling):
+        usual = unlikeliness(new) <= unlikeliness(old)
+        if usual and gain > GAIN_BESIDE_CLEAN and self._is_exact(old, new, telling):
             return True
         if _fitted(old) and telling[-1] < MOST_SHARE and self._is_allowed(old, null):
             return False
-        least = CLEAN_VISIBLE if extra <= STIFF_PARAMS else VISIBLE_SHARE
+        least = CLEAN_VISIBLE if usual and extra <= STIFF_PARAMS else VISIBLE_SHARE
         lone = FURTHER_SHARE if telling[-1] < CLEAN_SHARE else FURTHER_CLEAN_SHARE
         if _fitted(old) and visible[-1] < lone and self._removed(old, new, null) < lone:
             return False
