@@ -219,7 +219,7 @@ class Engine:
         """
         on = seen_before is not None
         null = self._keep(start)
-        best = self._keep(self.again(found.best))
+        best = self._keep(self._with_lines_again(self.again(found.best)))
         near, far = self._rivals(found, price)
         again = self.map(lambda f: self.again(f, ITERATIONS if on else 2), near)
         again += self.map(lambda f: self.again(f, 1 if on else 0), far)
@@ -588,6 +588,18 @@ class Engine:
         forms = tuple(lines if f.effect == LINES else f for f in fit.forms)
         start = fit.values | lines.starts(self.problem.scales)[0]
         return self.problem.fit(forms, start, fit.beta, ROUGH_ITERATIONS)
+
+    def _with_lines_again(self, fit: Fit) -> Fit:
+        """With its lines looked for again, if that is better: more rows tell them apart."""
+        if LINES not in fit.effects or not self.lines:
+            return fit
+        rest = tuple(f for f in fit.forms if f.effect != LINES)
+        bare = self.problem.fit(rest, {k: fit.values[k] for f in rest for k in f.keys}, fit.beta, 2)
+        found = [fit]
+        for lines in self._lines(bare)[-1:]:  # the last has all of them
+            start = bare.values | lines.starts(self.problem.scales)[0]
+            found.append(self._slim(self.problem.fit((*rest, lines), start, bare.beta)))
+        return min((f for f in found if steady(self.problem, f)), key=self.score, default=fit)
 
     def alternatives(self, search: Search) -> list[Fit]:
         """Other hypotheses of no more effects than the best, by their score."""
