@@ -822,6 +822,23 @@ def test_a_line_at_half_a_records_rate_is_fitted_and_counts_as_steady() -> None:
     assert steady(seen, fit)
 
 
+def test_lines_are_looked_for_again_where_more_rows_tell_them_apart() -> None:
+    """A short part of the records had one of 37 Hz at 41, where it can be wedged for good."""
+    given = records()
+    hum = [replace(t, y_um=t.y_um + 0.3 * np.sin(2 * np.pi * 37.0 * t.t_s)) for t in given[1:]]
+    seen = problem([given[0], *hum])
+    engine = Engine(seen, FORMS, 1, lambda _: None)
+    wrong = line_form((41.0,), ("fast", "biased"), SCALES)
+    wedged = seen.fit((wrong,), wrong.starts(SCALES)[0], BETA)
+    right = engine._with_lines_again(wedged)
+    assert right.effects == wedged.effects
+    assert right.values["freq0_hz"] == pytest.approx(37.0, abs=0.01)
+    assert right.cost < 1.1 * seen.rows < wedged.cost
+    assert engine._with_lines_again(right).cost == pytest.approx(right.cost, rel=1e-3)
+    without = seen.fit((form("delay"),), acting(form("delay")), BETA)
+    assert engine._with_lines_again(without) is without
+
+
 def test_a_false_line_goes_when_what_caused_it_joins() -> None:
     """A true one of 40 Hz, and one of 90 Hz that only one record shows."""
     given = records()

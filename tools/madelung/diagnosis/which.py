@@ -596,7 +596,7 @@ class Engine:
         rest = tuple(f for f in fit.forms if f.effect != LINES)
         bare = self.problem.fit(rest, {k: fit.values[k] for f in rest for k in f.keys}, fit.beta, 2)
         found = [fit]
-        for lines in self._lines(bare)[-1:]:  # the last has all of them
+        for lines in self._lines(bare):
             start = bare.values | lines.starts(self.problem.scales)[0]
             found.append(self._slim(self.problem.fit((*rest, lines), start, bare.beta)))
         return min((f for f in found if steady(self.problem, f)), key=self.score, default=fit)
