@@ -352,11 +352,6 @@ static mdl_status start(mdl_chain *chain, mdl_real u)
     return status;
 }
 
-static mdl_real limited(mdl_real v, mdl_real low, mdl_real high)
-{
-    return v < low ? low : (v > high ? high : v);
-}
-
 /* The amplifier's lag at a voltage of the drive. */
 static mdl_lag_params loaded(const mdl_chain *chain, mdl_real v)
 {
@@ -365,13 +360,13 @@ static mdl_lag_params loaded(const mdl_chain *chain, mdl_real v)
     if (p->load_lean != MDL_C(0.0)) {
         mdl_real x = v - p->u_min_volts;
         mdl_real z = MDL_C(2.0) * x / p->major.range_volts - MDL_C(1.0);
-        mdl_real more = p->load_lean * limited(z, MDL_C(-1.0), MDL_C(1.0));
+        mdl_real more = p->load_lean * mdl_limited(z, MDL_C(-1.0), MDL_C(1.0));
         mdl_real w = -more / (MDL_C(1.0) + more);
         now.decay += w * (p->load_slope.decay + w * p->load_bend.decay);
         now.ramp += w * (p->load_slope.ramp + w * p->load_bend.ramp);
         now.decay =
-            limited(now.decay, MDL_C(0.0), MDL_C(1.0)); /* where rounding leaves its range */
-        now.ramp = limited(now.ramp, MDL_C(0.0), MDL_C(1.0));
+            mdl_limited(now.decay, MDL_C(0.0), MDL_C(1.0)); /* where rounding leaves its range */
+        now.ramp = mdl_limited(now.ramp, MDL_C(0.0), MDL_C(1.0));
     }
     return now;
 }
@@ -526,7 +521,7 @@ static mdl_real within(const mdl_chain *chain, mdl_real u, mdl_real from, mdl_re
     low = to < low ? to : low;
     high = from > high ? from : high;
     high = to > high ? to : high;
-    return limited(u, low, high);
+    return mdl_limited(u, low, high);
 }
 
 mdl_status mdl_chain_step(mdl_chain *chain, mdl_real u_volts, mdl_real *y_um)

@@ -2,14 +2,6 @@
 
 #include "mdl_power.h"
 
-static mdl_real clamp(mdl_real v, mdl_real low, mdl_real high)
-{
-    if (v < low) {
-        return low;
-    }
-    return v > high ? high : v;
-}
-
 /* How far the drive follows beyond where its knee begins; excess >= 0, in volts. */
 static mdl_real followed(const mdl_saturation_params *params, mdl_real excess)
 {
@@ -37,14 +29,14 @@ mdl_real mdl_saturation(const mdl_saturation_params *params, mdl_real u_volts)
     mdl_real knee = params->knee_volts;
     mdl_real per_knee;
     if (!(knee > MDL_C(0.0))) {
-        return clamp(u_volts, params->low_volts, params->high_volts);
+        return mdl_limited(u_volts, params->low_volts, params->high_volts);
     }
     if (params->knee_power > MDL_C(0.0)) {
         return rounded(params, u_volts);
     }
     /* 20 knees away the result is the limit itself; without this a huge command would overflow. */
-    u_volts = clamp(u_volts, params->low_volts - MDL_C(20.0) * knee,
-                    params->high_volts + MDL_C(20.0) * knee);
+    u_volts = mdl_limited(u_volts, params->low_volts - MDL_C(20.0) * knee,
+                          params->high_volts + MDL_C(20.0) * knee);
     per_knee = MDL_C(1.0) / knee;
     return u_volts + knee * (mdl_softplus((params->low_volts - u_volts) * per_knee) -
                              mdl_softplus((u_volts - params->high_volts) * per_knee));
@@ -79,7 +71,8 @@ mdl_real mdl_slew(const mdl_slew_params *params, mdl_real last_volts, mdl_real u
 {
     mdl_real lag, left;
     if (!(params->knee_volts > MDL_C(0.0))) {
-        return last_volts + clamp(u_volts - last_volts, -params->fall_volts, params->rise_volts);
+        return last_volts +
+               mdl_limited(u_volts - last_volts, -params->fall_volts, params->rise_volts);
     }
     /* What the command rises by late does not settle in this step. */
     lag = u_volts - last_volts - (MDL_C(1.0) - params->early) * rise_volts;

@@ -42,6 +42,12 @@ static inline mdl_real mdl_size(mdl_real v)
     return v < MDL_C(0.0) ? -v : v;
 }
 
+/** v, no lower than low and no higher than high. */
+static inline mdl_real mdl_limited(mdl_real v, mdl_real low, mdl_real high)
+{
+    return v < low ? low : (v > high ? high : v);
+}
+
 /** The bits of v as a signed integer. */
 static inline mdl_key mdl_bits(mdl_real v)
 {
