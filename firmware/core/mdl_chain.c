@@ -22,12 +22,13 @@ static mdl_status judge(const mdl_real *v, uint16_t count, int are_in_range)
 static mdl_status check_saturation(const mdl_saturation_params *p)
 {
     const mdl_real v[] = {p->high_volts, p->low_volts, p->knee_volts, p->knee_power};
+    int is_apart =
+        p->knee_volts > MDL_C(0.0) && p->knee_volts <= MDL_C(0.5) * (p->high_volts - p->low_volts);
+    int is_power = p->knee_power >= MDL_C(1.0) && p->knee_power <= MDL_C(32.0) && !p->parabolic;
     return judge(v, COUNT(v),
                  p->low_volts < p->high_volts && p->knee_volts >= MDL_C(0.0) &&
-                     (p->knee_power == MDL_C(0.0) ||
-                      (p->knee_power >= MDL_C(1.0) && p->knee_power <= MDL_C(32.0) &&
-                       p->knee_volts > MDL_C(0.0) &&
-                       p->knee_volts <= MDL_C(0.5) * (p->high_volts - p->low_volts))));
+                     p->parabolic <= 1u && (!p->parabolic || is_apart) &&
+                     (p->knee_power == MDL_C(0.0) || (is_power && is_apart)));
 }
 
 static mdl_status check_slew(const mdl_slew_params *p)

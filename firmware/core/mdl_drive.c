@@ -7,7 +7,11 @@ static mdl_real followed(const mdl_saturation_params *params, mdl_real excess)
 {
     mdl_real e = excess / params->knee_volts;
     mdl_real p = params->knee_power;
-    mdl_real bits = e > MDL_C(1.0) ? p * mdl_log2(e) : MDL_C(0.0);
+    mdl_real bits;
+    if (params->parabolic) {
+        return e < MDL_C(2.0) ? excess * (MDL_C(1.0) - MDL_C(0.25) * e) : params->knee_volts;
+    }
+    bits = e > MDL_C(1.0) ? p * mdl_log2(e) : MDL_C(0.0);
     if (bits > MDL_C(30.0)) {
         return params->knee_volts; /* the limit, to all digits; further e^p would overflow */
     }
@@ -31,7 +35,7 @@ mdl_real mdl_saturation(const mdl_saturation_params *params, mdl_real u_volts)
     if (!(knee > MDL_C(0.0))) {
         return mdl_limited(u_volts, params->low_volts, params->high_volts);
     }
-    if (params->knee_power > MDL_C(0.0)) {
+    if (params->knee_power > MDL_C(0.0) || params->parabolic) {
         return rounded(params, u_volts);
     }
     /* 20 knees away the result is the limit itself; without this a huge command would overflow. */

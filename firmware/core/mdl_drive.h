@@ -14,6 +14,7 @@ typedef struct {
     mdl_real knee_volts; /**< width of the soft knee, 0: hard */
     mdl_real knee_power; /**< p of a knee that begins one width before the limit, 1 to 32; 0: none.
                           * With one the width is > 0, and the knees of both ends do not meet */
+    uint16_t parabolic;  /**< 1: the knee is a parabola, and knees do not meet; then no power */
 } mdl_saturation_params;
 
 /**
@@ -34,7 +35,9 @@ typedef struct {
  * exp((u - high) / knee)) and its mirror at the lower end; the deviation at the limit itself is
  * knee * ln 2. With a power p: as it is up to high - knee, from there on by knee * e /
  * (1 + e^p)^(1/p), e in knees, and its mirror; p = 2 is the algebraic knee, p = 1 near an
- * exponential one, between 2 and 3 near a tanh.
+ * exponential one, between 2 and 3 near a tanh. A parabola goes from one knee before the limit,
+ * where it rises with the command, to one behind it, where it is flat: the deviation at the limit
+ * is knee / 4.
  */
 mdl_real mdl_saturation(const mdl_saturation_params *params, mdl_real u_volts);
 

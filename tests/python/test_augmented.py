@@ -33,7 +33,7 @@ FIELDS: dict[str, dict[str, Any]] = {
         "high_V": 101.3,
         "low_V": -3.7,
         "knee_V": 1.1,
-        "knee_power": 2.3,
+        "parabolic": 1.0,
         "rest_free": 1.0,
     },
     "slew_limit": {"slew_V_per_s": 12345.0, "slew_fall_V_per_s": 9876.0, "slew_knee_V": 0.5},
@@ -119,6 +119,7 @@ def test_all_effects_come_back_from_a_file(tmp_path: Path) -> None:
         "u_min_V",
         "range_V",
         "f0",
+        "knee_power",  # a parabolic knee has none
         "relax_s",  # viscous operators do not widen
         "relax_per_V_s",
         "yang",  # a kind of model of its own
@@ -143,7 +144,7 @@ def test_all_effects_come_back_from_a_file(tmp_path: Path) -> None:
 def test_what_does_nothing_is_no_block() -> None:
     idle = PATH.but(knee_V=1.0, power=0.5, v_ref_V_per_s=3.0, substeps_min=4)
     idle = idle.but(knee_power=2.0, v_knee=0.1, slew_fall_V_per_s=500.0, spring_share=0.3)
-    idle = idle.but(velocity_tau_s=1e-3, of_speed=1.0, rest_free=1.0, smooth=1.0)
+    idle = idle.but(parabolic=1.0, velocity_tau_s=1e-3, of_speed=1.0, rest_free=1.0, smooth=1.0)
     idle = idle.but(rise_skew=0.5, fall_skew=-0.5, follow=1.0)
     assert path_to_blocks(idle) == ()
     without_rate = PATH.but(corner_hz=50.0, smooth=1.0)
@@ -195,6 +196,9 @@ def block(effect: str, **parameters: object) -> dict[str, Any]:
         ([block("saturation", high_V=9, knee_V=1, knee_power=0.5)], "with a knee_power, 1 to 32"),
         ([block("saturation", high_V=9, knee_power=2)], "knee_V must be above 0"),
         ([block("saturation", high_V=9, low_V=1, knee_V=5, knee_power=2)], "at most 4$"),
+        ([block("saturation", high_V=9, parabolic=1)], "with parabolic knee_V must be above 0"),
+        ([block("saturation", high_V=9, low_V=1, knee_V=5, parabolic=1)], "at most 4$"),
+        ([block("saturation", knee_V=1, knee_power=2, parabolic=1)], "has no knee_power"),
         ([block("slew_limit", slew_V_per_s=0)], "slew_V_per_s = 0 must be 1e-09"),
         ([block("slew_limit", slew_V_per_s=9, slew_fall_V_per_s=-1)], "= -1 must be 0"),
         ([block("amplifier_lag", corner_hz="50")], "corner_hz must hold finite numbers"),

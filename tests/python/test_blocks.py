@@ -51,6 +51,7 @@ BLOCKS = {
     "hard saturation": PATH.but(high_V=90.0, low_V=5.0),
     "soft saturation": PATH.but(high_V=90.0, low_V=5.0, knee_V=2.0),
     "rounded saturation": PATH.but(high_V=90.0, low_V=5.0, knee_V=20.0, knee_power=2.5),
+    "parabolic saturation": PATH.but(high_V=90.0, low_V=5.0, knee_V=20.0, parabolic=1.0),
     "saturation, not at rest": PATH.but(high_V=90.0, low_V=5.0, rest_free=1.0),
     "slew limit": PATH.but(slew_V_per_s=5000.0),
     "unequal slew limit": PATH.but(slew_V_per_s=5000.0, slew_fall_V_per_s=3000.0),
@@ -88,7 +89,13 @@ BLOCKS = {
 }
 
 
-OTHERS = ("hard saturation", "soft saturation", "mode", "delay of less than a sample")
+OTHERS = (
+    "hard saturation",
+    "soft saturation",
+    "parabolic saturation",
+    "mode",
+    "delay of less than a sample",
+)
 VISCOUS = ("viscous operators", "viscous operators by the square")
 """One law, and beside no widening."""
 ALL = {
@@ -208,6 +215,19 @@ def test_rounded_saturation_follows_its_formula(power: float) -> None:
     expected = np.clip(u, low, high) + followed(u - high) - followed(low - u)
     found = run(LINE.but(high_V=70.0, low_V=10.0, knee_V=knee, knee_power=power), u)
     np.testing.assert_allclose(found, expected, rtol=0, atol=5e-7)
+
+
+def test_parabolic_saturation_follows_its_formula() -> None:
+    u, knee = command()[1], 15.0
+
+    def followed(excess: Array) -> Array:
+        x = np.clip(excess, 0.0, 2 * knee)
+        return x - x**2 / (4 * knee)
+
+    low, high = 10.0 + knee, 70.0 - knee
+    expected = np.clip(u, low, high) + followed(u - high) - followed(low - u)
+    found = run(LINE.but(high_V=70.0, low_V=10.0, knee_V=knee, parabolic=1.0), u)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12)
 
 
 def test_a_smooth_commands_velocity_is_that_at_the_sample() -> None:

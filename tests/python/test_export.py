@@ -46,6 +46,7 @@ BLOCKS = {
     "one hard end": {"high_V": 101.3},
     "a low end, not at rest": {"low_V": -3.7, "rest_free": 1.0},
     "rounded saturation": {"high_V": 101.3, "low_V": -3.7, "knee_V": 11.1, "knee_power": 2.3},
+    "parabolic saturation": {"high_V": 101.3, "low_V": -3.7, "knee_V": 11.1, "parabolic": 1.0},
     "slew limit": {"slew_V_per_s": 12345.0},
     "unequal slew limit": {"slew_V_per_s": 12345.0, "slew_fall_V_per_s": 9876.0},
     "slew limit with a knee": {"slew_V_per_s": 12345.0, "slew_knee_V": 0.3},
@@ -80,9 +81,10 @@ BLOCKS = {
 }
 TOGETHER = {k: v for block in BLOCKS.values() for k, v in block.items()}
 ALL = {
-    "all blocks": TOGETHER | {"relax_s": 0.0, "relax_per_V_s": 0.0},
-    "all blocks, viscous": TOGETHER | {"widening": 0.0, "relax_per_V_s": 0.0},
-    "all blocks, viscous by the square": TOGETHER | {"widening": 0.0, "relax_s": 0.0},
+    "all blocks": TOGETHER | {"relax_s": 0.0, "relax_per_V_s": 0.0, "parabolic": 0.0},
+    "all blocks, viscous": TOGETHER | {"widening": 0.0, "relax_per_V_s": 0.0, "parabolic": 0.0},
+    "all blocks, viscous by the square": TOGETHER
+    | {"widening": 0.0, "relax_s": 0.0, "knee_power": 0.0},
 }
 AUGMENTED = {
     name: augmented_model(PATH.but(**fields), 130.0)

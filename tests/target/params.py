@@ -76,7 +76,13 @@ PATH = SignalPath(
 )
 MODEL = replace(augmented_model(PATH, 40.0), yang=PATH.yang)
 _SOFT = PATH.but(
-    knee_power=0.0, rest_free=1.0, slew_knee_V=0.4, widening=0.0, of_speed=0.0, yang=None
+    knee_power=0.0,
+    parabolic=1.0,
+    rest_free=1.0,
+    slew_knee_V=0.4,
+    widening=0.0,
+    of_speed=0.0,
+    yang=None,
 ).but(shape=None, loop_share=0.0, loop_slope=0.0)
 OTHERS = {"viscous": _SOFT.but(relax_s=1.1e-3), "by_square": _SOFT.but(relax_per_V_s=230.0)}
 

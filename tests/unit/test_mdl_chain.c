@@ -363,6 +363,24 @@ void test_a_rounded_knee_has_a_width_and_ends_before_the_middle(void)
     start();
 }
 
+void test_a_parabolic_knee_ends_before_the_middle_and_has_no_power(void)
+{
+    use_line(MDL_BLOCK_SATURATION);
+    params.saturation.low_volts = MDL_C(-2.0);
+    params.saturation.high_volts = MDL_C(4.0);
+    params.saturation.parabolic = 1u;
+    ASSERT_STATUS(MDL_ERR_PARAMETER, mdl_chain_init(&chain, &params, &left, &right));
+    params.saturation.knee_volts = MDL_C(3.125);
+    ASSERT_STATUS(MDL_ERR_PARAMETER, mdl_chain_init(&chain, &params, &left, &right));
+    params.saturation.knee_volts = MDL_C(3.0);
+    start();
+    params.saturation.knee_power = MDL_C(2.0);
+    ASSERT_STATUS(MDL_ERR_PARAMETER, mdl_chain_init(&chain, &params, &left, &right));
+    params.saturation.knee_power = MDL_C(0.0);
+    params.saturation.parabolic = 2u;
+    ASSERT_STATUS(MDL_ERR_PARAMETER, mdl_chain_init(&chain, &params, &left, &right));
+}
+
 void test_viscous_operators_follow_one_law_and_do_not_grow(void)
 {
     const struct {

@@ -6,8 +6,8 @@
 #include "mdl_drive.h"
 #include "mdl_power.h"
 
-static const mdl_saturation_params hard = {MDL_C(100.0), MDL_C(-20.0), MDL_C(0.0), MDL_C(0.0)};
-static const mdl_saturation_params soft = {MDL_C(100.0), MDL_C(-20.0), MDL_C(0.5), MDL_C(0.0)};
+static const mdl_saturation_params hard = {MDL_C(100.0), MDL_C(-20.0), MDL_C(0.0), MDL_C(0.0), 0u};
+static const mdl_saturation_params soft = {MDL_C(100.0), MDL_C(-20.0), MDL_C(0.5), MDL_C(0.0), 0u};
 
 /* A knee that begins at 98 and at -18 volts. */
 static mdl_saturation_params rounded;
@@ -22,7 +22,7 @@ static mdl_saturation_params rounded;
 
 void setUp(void)
 {
-    const mdl_saturation_params p = {MDL_C(100.0), MDL_C(-20.0), MDL_C(2.0), MDL_C(1.0)};
+    const mdl_saturation_params p = {MDL_C(100.0), MDL_C(-20.0), MDL_C(2.0), MDL_C(1.0), 0u};
     rounded = p;
 }
 
@@ -114,6 +114,23 @@ void test_far_outside_the_rounded_knee_the_limit_is_reached(void)
             ASSERT_SOFT(-20.0, mdl_saturation(&rounded, -far[i]));
         }
     }
+}
+
+/* y = x - x^2 / (4 w), x from where the knee begins. */
+void test_the_parabolic_knee_along_its_length(void)
+{
+    int i;
+    rounded.knee_power = MDL_C(0.0);
+    rounded.parabolic = 1u;
+    for (i = -16; i <= 96; i++) {
+        double x = i / 16.0; /* volts */
+        double slowed = x < 0.0 ? x : x < 4.0 ? x - x * x / 8.0 : 2.0;
+        ASSERT_REAL(98.0 + slowed, mdl_saturation(&rounded, (mdl_real)(98.0 + x)));
+        ASSERT_REAL(-18.0 - slowed, mdl_saturation(&rounded, (mdl_real)(-18.0 - x)));
+    }
+    ASSERT_REAL(100.0, mdl_saturation(&rounded, MDL_C(3e38)));
+    ASSERT_REAL(-20.0, mdl_saturation(&rounded, MDL_C(-3e38)));
+    ASSERT_REAL(40.0, mdl_saturation(&rounded, MDL_C(40.0)));
 }
 
 void test_a_power_without_a_width_is_hard(void)

@@ -54,6 +54,7 @@ _FLAT = {
         "low_V": _Range(*_ANY, -UNLIMITED_V),
         "knee_V": _Range(0.0, 1e6, 0.0),
         "knee_power": _Range(0.0, 32.0, 0.0),
+        "parabolic": _Range(0, 1, 0),
         "rest_free": _Range(0, 1, 0),
     },
     "slew_limit": {
@@ -172,12 +173,8 @@ def _checked(block: Block) -> Block:
         raise InputError(f"blocks: {name!r:.40} is no effect that the core runs")
     if name == "saturation" and not values["low_V"] < values["high_V"]:
         raise InputError(f"saturation: high_V must be above low_V ({values['low_V']:g})")
-    if name == "saturation" and values["knee_power"]:
-        wide = 0.5 * (values["high_V"] - values["low_V"])
-        if values["knee_power"] < 1.0 or not 0.0 < values["knee_V"] <= wide:
-            raise InputError(
-                f"saturation: with a knee_power, 1 to 32, knee_V must be above 0, at most {wide:g}"
-            )
+    if name == "saturation":
+        _check_knee(values)
     poles = [values.get(key, 0.0) for key in ("corner_hz", "behind_hz")]
     if name == "amplifier_lag" and max(poles) < _POSITIVE[0]:
         raise InputError("amplifier_lag: corner_hz or behind_hz must be above 0")
@@ -186,6 +183,15 @@ def _checked(block: Block) -> Block:
         if sum(values[k] > 0.0 for k in laws) > 1:
             raise InputError(f"rate_dependence: only one of {', '.join(laws)} may be above 0")
     return Block(name, block.model, values)
+
+
+def _check_knee(v: dict[str, Any]) -> None:
+    wide, power, parabolic = 0.5 * (v["high_V"] - v["low_V"]), v["knee_power"], v["parabolic"]
+    if power and parabolic:
+        raise InputError("saturation: a parabolic knee has no knee_power")
+    if (0.0 < power < 1.0) or ((power or parabolic) and not 0.0 < v["knee_V"] <= wide):
+        what = "parabolic" if parabolic else "a knee_power, 1 to 32,"
+        raise InputError(f"saturation: with {what} knee_V must be above 0, at most {wide:g}")
 
 
 def _values(name: str, given: dict[str, Any], ranges: dict[str, _Range]) -> dict[str, float]:

@@ -78,7 +78,7 @@ class Chain:
     loop
         l_0 and l_1 of mdl_shape.h; without a shape they do not act.
     saturation
-        high, low and knee, V, the knee's power, rest_free (0 or 1).
+        high, low and knee, V, the knee's power, parabolic and rest_free (0 or 1).
     slew
         rise, fall and knee, V, decay and early, see mdl_drive.h.
     lag, behind
@@ -110,7 +110,7 @@ class Chain:
     smooth: float = 0.0
     shape: tuple[tuple[float, ...], ...] | None = None
     loop: tuple[float, float] = (0.0, 0.0)
-    saturation: tuple[float, float, float, float, float] | None = None
+    saturation: tuple[float, ...] | None = None
     slew: tuple[float, float, float, float, float] | None = None
     lag: tuple[float, ...] | None = None
     behind: tuple[float, float] | None = None
@@ -160,7 +160,8 @@ class Core:
         shape = self._ffi.NULL if chain.shape is None else self._pointer(self._array(chain.shape))
         lib.batch_set_shape(batch, shape, self._pointer(self._array(chain.loop)))
         if chain.saturation is not None:
-            lib.batch_set_saturation(batch, *chain.saturation[:4], int(chain.saturation[4]))
+            *knee, parabolic, rest_free = chain.saturation
+            lib.batch_set_saturation(batch, *knee, int(parabolic), int(rest_free))
         if chain.slew is not None:
             lib.batch_set_slew(batch, *chain.slew)
         if chain.lag is not None:

@@ -267,8 +267,11 @@ def _blocks(chain: Chain) -> dict[str, Tree]:
             found[bit] = {member: _struct(member, names, values)}
     if chain.saturation is not None:
         found["SATURATION"] = {
-            "saturation": _struct("saturation", _SATURATION, chain.saturation),
-            "rest_free": f"{int(chain.saturation[4])}u",
+            "saturation": {
+                **_struct("saturation", _SATURATION, chain.saturation),
+                "parabolic": f"{int(chain.saturation[4])}u",
+            },
+            "rest_free": f"{int(chain.saturation[5])}u",
         }
     if chain.lag is not None:
         found["LAG"] = {"lag": _struct("lag", _LAG, chain.lag)}

@@ -70,8 +70,8 @@ class SignalPath:
         Share by which minor loops are wider, l_0 and l_1 of mdl_shape.h.
     rise_V, rise_skew, fall_V, fall_skew, follow
         Envelopes of a generalised play (mdl_envelope.h).
-    high_V, low_V, knee_V, knee_power, rest_free
-        Saturation of the drive; the power makes another knee (mdl_drive.h).
+    high_V, low_V, knee_V, knee_power, parabolic, rest_free
+        Saturation of the drive; a power, or 1 for a parabola, makes another knee (mdl_drive.h).
     slew_V_per_s, slew_fall_V_per_s, slew_knee_V
         Slew limit, 0: none; for falling commands, 0: the same; the lag at which the rate
         saturates, 0: hard, else both ways are equal.
@@ -119,6 +119,7 @@ class SignalPath:
     low_V: float = -UNLIMITED_V
     knee_V: float = 0.0
     knee_power: float = 0.0
+    parabolic: float = 0.0
     rest_free: float = 0.0
     slew_V_per_s: float = 0.0
     slew_fall_V_per_s: float = 0.0
@@ -249,11 +250,12 @@ def _yang(path: SignalPath, yang: Yang, step_s: float) -> YangParams:
     return discretise_yang(yang, path.u_min_V, u_max_V, MARGIN_SHARE * path.range_V, step_s)
 
 
-def _saturation(path: SignalPath) -> tuple[float, float, float, float, float] | None:
+def _saturation(path: SignalPath) -> tuple[float, ...] | None:
     limited = path.high_V < UNLIMITED_V or path.low_V > -UNLIMITED_V
     if not limited:
         return None
-    return path.high_V, path.low_V, path.knee_V, path.knee_power, path.rest_free
+    knee = (path.knee_V, path.knee_power, path.parabolic)
+    return path.high_V, path.low_V, *knee, path.rest_free
 
 
 def _pole(corner_hz: float, step_s: float) -> tuple[float, float] | None:
@@ -343,7 +345,7 @@ def _flushed(value: float) -> float:
 
 _FIELDS = {
     "delay": ("delay_s", "substeps_min"),
-    "saturation": ("high_V", "low_V", "knee_V", "knee_power", "rest_free"),
+    "saturation": ("high_V", "low_V", "knee_V", "knee_power", "parabolic", "rest_free"),
     "slew_limit": ("slew_V_per_s", "slew_fall_V_per_s", "slew_knee_V"),
     "amplifier_lag": ("corner_hz", "corner_lean", "behind_hz"),
     "rate_dependence": (
@@ -381,6 +383,7 @@ _SECONDARY = (
     "bouc_gamma",
     "knee_V",
     "knee_power",
+    "parabolic",
     "rest_free",
     "slew_fall_V_per_s",
     "slew_knee_V",

@@ -103,9 +103,10 @@ void batch_set_substeps(batch *b, uint16_t substeps, mdl_real smooth)
 }
 
 void batch_set_saturation(batch *b, mdl_real high_volts, mdl_real low_volts, mdl_real knee_volts,
-                          mdl_real knee_power, uint16_t rest_free)
+                          mdl_real knee_power, uint16_t parabolic, uint16_t rest_free)
 {
-    b->params.saturation = (mdl_saturation_params){high_volts, low_volts, knee_volts, knee_power};
+    b->params.saturation =
+        (mdl_saturation_params){high_volts, low_volts, knee_volts, knee_power, parabolic};
     b->params.rest_free = rest_free;
     switch_on(b, MDL_BLOCK_SATURATION);
 }

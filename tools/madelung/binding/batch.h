@@ -38,7 +38,7 @@ void batch_clear_blocks(batch *b);
 /** Each sets a block's parameters (see mdl_chain_params) and switches it on. */
 void batch_set_substeps(batch *b, uint16_t substeps, mdl_real smooth);
 void batch_set_saturation(batch *b, mdl_real high_volts, mdl_real low_volts, mdl_real knee_volts,
-                          mdl_real knee_power, uint16_t rest_free);
+                          mdl_real knee_power, uint16_t parabolic, uint16_t rest_free);
 void batch_set_slew(batch *b, mdl_real rise_volts, mdl_real fall_volts, mdl_real knee_volts,
                     mdl_real decay, mdl_real early);
 void batch_set_lag(batch *b, mdl_real decay, mdl_real ramp, mdl_real lean, mdl_real decay_slope,

@@ -49,7 +49,7 @@ def _delays(s: Scales) -> list[Form]:
 
 
 def _saturations(s: Scales) -> list[Form]:
-    """Hard; soft, with a knee; or rounded by a power from where it begins on.
+    """Hard; or with a knee: a softplus, a parabola, or by a power from where it begins on.
 
     Where the low end is cut off, what rests may have seen u_min itself all the same.
     """
@@ -58,7 +58,8 @@ def _saturations(s: Scales) -> list[Form]:
     low = Param("low_V", s.u_min_V - 0.2 * s.range_V, s.u_min_V + 0.45 * s.range_V, scale=s.range_V)
     knee = Param("knee_V", 1e-3 * s.range_V, 0.15 * s.range_V, log=True)
     begins = Param("knee_V", 1e-3 * s.range_V, 0.5 * s.range_V, log=True)
-    sharp = Param("knee_power", 1.0, 32.0, log=True)
+    half = Param("knee_V", 1e-3 * s.range_V, 0.3 * s.range_V, log=True)
+    sharp = Param("knee_power", 1.0, 6.0, log=True)
     at = {"high_V": lambda d: top - d * s.range_V, "low_V": lambda d: s.u_min_V + d * s.range_V}
 
     def clip(name: str, ends: tuple[Param, ...], *knees: Param, free: bool = False) -> Form:
@@ -67,31 +68,33 @@ def _saturations(s: Scales) -> list[Form]:
             starts = [v | {"knee_V": w * s.range_V} for v in starts for w in (0.01, 0.05)]
         if sharp in knees:
             wide = [v | {"knee_V": 0.4 * s.range_V} for v in starts[::2]]
-            starts = [v | {"knee_power": p} for v in (*starts, *wide) for p in (2.0, 8.0)]
+            starts = [v | {"knee_power": p} for v in (*starts, *wide) for p in (1.5, 3.0)]
         return Form(
             "saturation",
             f"{name}, not at rest" if free else name,
             (*ends, *knees),
             lambda _: starts,
-            path=lambda path, v: _clipped(path, v, free),
+            path=lambda path, v: _clipped(path, v, parabolic=half in knees, free=free),
             refines=bool(knees),
         )
 
+    knees_of = {"hard": (), "soft": (knee,), "parabolic": (half,), "rounded": (begins, sharp)}
     return [
         clip(f"{kind}, {name}", ends, *knees, free=free)
-        for kind, knees in (("hard", ()), ("soft", (knee,)), ("rounded", (begins, sharp)))
+        for kind, knees in knees_of.items()
         for name, ends in (("high end", (high,)), ("low end", (low,)), ("both ends", (high, low)))
         for free in ((False, True) if low in ends else (False,))
     ]
 
 
-def _clipped(path: SignalPath, v: Values, free: bool) -> SignalPath:
+def _clipped(path: SignalPath, v: Values, parabolic: bool, free: bool) -> SignalPath:
     high_V, low_V = v.get("high_V", path.high_V), v.get("low_V", path.low_V)
     return path.but(
         high_V=high_V,
         low_V=low_V,
         knee_V=min(v.get("knee_V", 0.0), 0.49 * (high_V - low_V)),  # they must not meet
         knee_power=v.get("knee_power", 0.0),
+        parabolic=float(parabolic),
         rest_free=float(free),
     )
 
