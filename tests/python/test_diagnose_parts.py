@@ -24,6 +24,7 @@ from madelung.diagnosis.holdout import (
 )
 from madelung.diagnosis.lines import driven, peaks, steady
 from madelung.diagnosis.noise import Noise, estimate_noise, proven_fall
+from madelung.diagnosis.parameters import reported
 from madelung.diagnosis.regions import Region
 from madelung.diagnosis.verdict import Verdict, judge
 from madelung.diagnosis.which import Engine, Outsider, Search, _plausible
@@ -387,6 +388,29 @@ def test_fit_of_the_sensors_effects_against_formulas() -> None:
     assert hum.values["freq0_hz"] == pytest.approx(50.0, abs=0.02)
     size = np.hypot(hum.values["cos0:fast"], hum.values["sin0:fast"])
     assert size == pytest.approx(0.04, rel=0.02)
+
+
+@pytest.mark.parametrize(("unsteady", "least"), [(0.0, 1.0), (0.01, 5.0)])
+def test_an_interval_covers_the_truth_where_what_is_left_is_no_white_noise(
+    unsteady: float, least: float
+) -> None:
+    """A gain that is another in each eighth of a record: no model's, yet its mean is asked for."""
+    covered, halves = 0, []
+    for seed in range(30):
+
+        def moved(y: Floats, _: Floats, seed: int = seed) -> Floats:
+            own = np.repeat(RNG(1000 * seed + y.size).normal(1.03, unsteady, 8), -(-y.size // 8))
+            return own[: y.size] * y + 0.003 * RNG(seed).standard_normal(y.size)
+
+        posed = problem(later(moved))
+        fit = posed.fit((called("gain and offset"),), {"gain": 1.0, "offset_um": 0.0}, BETA)
+        told = reported("gain_offset", fit, posed)["gain"]["ci95"]
+        covered += told[0] <= 1.03 <= told[1]
+        halves.append((told[1] - told[0]) / 2)
+    curved = 1.96 * np.sqrt(np.diag(fit.covariance)[BETA.size])
+    assert covered >= 25
+    assert least * curved < np.median(halves)
+    assert np.median(halves) < 3.0 * curved or unsteady
 
 
 # -- how far ------------------------------------------------------------------------------------
@@ -947,6 +971,19 @@ def test_the_records_tell_the_size_that_a_fit_starts_from() -> None:
     _, found = search(made(bent, lambda t: np.zeros(t.u_V.size)))
     assert found.best.effects == {"non_masing"}
     assert found.best.values["bouc_um"] == pytest.approx(0.05, rel=0.2)
+
+
+@pytest.mark.parametrize("parabolic", [0.0, 1.0])
+def test_of_knees_that_fit_about_as_well_the_nearer_is_taken(parabolic: float) -> None:
+    """Both leave next to nothing, but their widths mean different things."""
+    clipped = PATH.but(high_V=36.0, knee_V=0.8, parabolic=parabolic)
+    posed = made(clipped, lambda t: np.zeros(t.u_V.size))
+    engine = Engine(posed, forms(posed.scales), 1, lambda _: None)
+    start = {"high_V": 36.0, "knee_V": 0.8}
+    for law in (called("soft, high end"), called("parabolic, high end")):
+        nearest = engine.nearest_law(posed.fit((law,), start, BETA), "saturation")
+        assert nearest.forms[0].name == ("parabolic" if parabolic else "soft") + ", high end"
+        assert nearest.values["knee_V"] == pytest.approx(0.8, rel=0.05)
 
 
 @pytest.mark.parametrize(("share", "unseats"), [(0.03, False), (0.6, True)])

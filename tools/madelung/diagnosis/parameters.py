@@ -13,18 +13,18 @@ from madelung.diagnosis.fit import Fit, Problem
 
 Array = NDArray[np.float64]
 Z95 = 1.96
+BLOCKS = 8
+"""Of each record, that are taken as independent."""
 _RENAMED = {"fn1_hz": "fn_hz", "zeta1": "zeta"}
 
 
 def reported(effect: str, full: Fit, problem: Problem) -> dict[str, dict[str, Any]]:
     """``{key: {"value": x, "ci95": [lo, hi]}}`` of one effect of a fit with its covariance.
 
-    Intervals come from the curvature of the cost at the optimum, widened where the fit leaves
-    more than noise; where an interval of a logarithmic parameter is given it is not symmetric.
+    Where an interval of a logarithmic parameter is given it is not symmetric.
     """
     form = next(f for f in full.forms if f.effect == effect)
-    widen = max(1.0, float(np.sqrt(full.cost / max(problem.rows, 1))))
-    spread = Z95 * widen * np.sqrt(np.maximum(np.diag(full.covariance), 0.0))
+    spread = Z95 * _errors(full, problem)
     names = [p.key for p in full.params]
     by_key = dict(zip(names, spread[full.beta.size :], strict=False)) if spread.size else {}
 
@@ -41,6 +41,27 @@ def reported(effect: str, full: Fit, problem: Problem) -> dict[str, dict[str, An
     if effect == "periodic_disturbance":
         return _lines(form, full, interval)
     return {_RENAMED.get(p.key, p.key): interval(p) for p in form.params}
+
+
+def _errors(full: Fit, problem: Problem) -> Array:
+    """Standard errors of all that was fitted, (k,).
+
+    From the curvature of the cost at the optimum, widened where the fit leaves more than noise; or
+    larger, from how differently the blocks of the records pull: what a model leaves that is not
+    quite the device's is no white noise (White's sandwich, by clusters).
+    """
+    widen = max(1.0, float(np.sqrt(full.cost / max(problem.rows, 1))))
+    curved: Array = widen * np.sqrt(np.maximum(np.diag(full.covariance), 0.0))
+    if not curved.size:
+        return curved
+    pulls = [
+        full.jacobian[:, rows] @ full.residual[rows]
+        for place in problem.slices
+        for rows in np.array_split(np.arange(place.start, place.stop), BLOCKS)
+    ]
+    moved = np.array(pulls) @ full.covariance
+    between: Array = np.sqrt(len(pulls) / (len(pulls) - 1) * np.sum(moved**2, axis=0))
+    return np.maximum(curved, between)
 
 
 def _entry(value: float, low: float, high: float) -> dict[str, Any]:

@@ -366,6 +366,7 @@ class Engine:
             tried: set[str] = set()  # two forms may each come nearer where the other does not
             for _ in range(EXCHANGES_MAX):
                 if self._is_spotless(fit):
+                    fit = self.nearest_law(fit, effect)
                     break
                 before, fit = fit, self._with_another_form(fit, effect, null, tried)
                 if self._excess(fit) > EXCHANGE_LEFT * self._excess(before):
@@ -374,6 +375,25 @@ class Engine:
 
     def _is_spotless(self, fit: Fit) -> bool:
         return self._excess(fit) < SPOTLESS_EXCESS * self.problem.rows
+
+    def nearest_law(self, fit: Fit, effect: str) -> Fit:
+        """With the nearest of the effect's laws in the same parameters, which tells them best."""
+        own = next(f for f in fit.forms if f.effect == effect)
+        laws = [
+            f
+            for f in self.forms
+            if f.effect == effect
+            and set(f.keys) == set(own.keys)
+            and not f.unlikely
+            and f is not own
+        ]
+
+        def with_law(law: Form) -> Fit:
+            forms = tuple(law if f is own else f for f in fit.forms)
+            return self.problem.fit(forms, fit.values, fit.beta)
+
+        best = min([fit, *self.map(with_law, laws)], key=lambda f: f.cost)
+        return fit if best is fit or not _plausible(best, effect) else self._keep(best)
 
     def _with_another_form(self, fit: Fit, effect: str, null: Fit, tried: set[str]) -> Fit:
         """With another form of an effect in place of its own, if one is better; else as it is."""
