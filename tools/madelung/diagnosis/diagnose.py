@@ -295,9 +295,9 @@ def _on_more(
     """The search's result and its rivals, fitted to more rows; and on where these show more."""
     rough.progress(f"fitting to {problem.rows} rows")
     engine = Engine(problem, rough.forms, rough.jobs, rough.progress, rough.lines)
-    on = on and not (found.best.forms and rough.is_hopeless(found.best, found.null))
+    hopeless = bool(found.best.forms) and rough.is_hopeless(found.best, found.null)
     seen = rough.problem.excess_per_row(found.best.residual) if on else None
-    return engine, engine.resume(start, found, rough.score, seen)
+    return engine, engine.resume(start, found, rough.score, seen, hopeless)
 
 
 def _heads(traces: Sequence[Trace], rows: int) -> list[Trace]:

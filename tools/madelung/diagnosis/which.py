@@ -110,6 +110,7 @@ LINES = "periodic_disturbance"
 BENT = frozenset({"asymmetry", "non_masing"})
 """Loops that are not symmetric bend minor loops too: one effect, not two (diagnose.md)."""
 MORE_RATIO = 1.3
+MUCH_MORE_RATIO = 10.0
 DAMPING_SHARE = 0.95
 SLEW_SHARE = 0.95
 CREEP_FAST_S = 0.05
@@ -201,6 +202,7 @@ class Engine:
         found: Search,
         price: Callable[[Fit], float],
         seen_before: Array | None = None,
+        hopeless: bool = False,
     ) -> Search:
         """A smaller problem's result, fitted to these rows; and on where these show more.
 
@@ -216,8 +218,11 @@ class Engine:
             By record, what the smaller problem's result left there above the noise, per row: what
             is clearly more calls for another search.
             None: the search ends here, and rivals are near enough to be fitted in a few steps.
+        hopeless
+            The smaller problem's result explains little: only where these rows show a gap of
+            another size another search is worth its time.
         """
-        on = seen_before is not None
+        on = seen_before is not None and not hopeless
         null = self._keep(start)
         best = self._keep(self._with_lines_again(self.again(found.best)))
         near, far = self._rivals(found, price)
@@ -229,7 +234,8 @@ class Engine:
         if seen_before is None or self.is_enough(best, null):
             more = False
         else:
-            more = bool(np.any(seen > MORE_RATIO * np.maximum(seen_before, 0.0) + EXCESS_MIN))
+            ratio = MUCH_MORE_RATIO if hopeless else MORE_RATIO
+            more = bool(np.any(seen > ratio * np.maximum(seen_before, 0.0) + EXCESS_MIN))
         if more:
             return self._climb(null, self._refined(best, null))
         return Search(null, self._pruned(best, null), self.fits)
