@@ -492,10 +492,29 @@ def test_known_parameters_are_kept_and_excluded_effects_are_not_tried(tmp_path: 
     told = made["parameters"]["gain_offset"]
     tell(tmp_path / "case", known=told, exclude=["creep"])
     found = content(tmp_path / "case")
-    assert named(found) <= {"gain_offset"}
+    assert named(found) == {"gain_offset"}
     assert parameters(found, "gain_offset")["gain"] == told["gain"]
-    assert found["shrink"]["closable_closed"] > 0.95
+    assert parameters(found, "gain_offset")["offset_um"] == pytest.approx(
+        told["offset_um"], abs=1e-3
+    )
+    assert found["shrink"]["closable_closed"] > 0.99
+    assert not any("contradicted" in w for w in found["warnings"])
     assert not {"gain_offset", "creep"} & set(found["detectable"])
+
+
+@pytest.mark.parametrize("effect", ["delay", "clock_skew", "saturation"])
+def test_what_is_known_to_the_last_digit_calls_for_no_second_cause(
+    tmp_path: Path, effect: str
+) -> None:
+    """Of its laws the records' own is taken: what another would leave looks like an effect."""
+    made = written(tmp_path / "case", effect)
+    told = made["parameters"][effect]
+    known = {k: v for k, v in told.items() if k in EFFECTS[effect].keys}
+    tell(tmp_path / "case", known={"knee_V": 0.0} | known if effect == "saturation" else known)
+    found = content(tmp_path / "case")
+    assert named(found) == {effect}
+    assert found["shrink"]["closable_closed"] > 0.95
+    assert not any("contradicted" in w for w in found["warnings"])
 
 
 def test_long_records_are_searched_in_steps_and_fitted_to_the_end(

@@ -320,7 +320,7 @@ def _limits(u_min_V: float, u_max_V: float) -> dict[str, tuple[float, float]]:
     return LIMITS | {
         "high_V": (u_min_V, u_max_V + 0.2 * width),
         "low_V": (u_min_V - 0.2 * width, u_max_V),
-        "knee_V": (1e-4 * width, 0.5 * width),
+        "knee_V": (0.0, 0.5 * width),
         "start_peak_V": (u_min_V, u_max_V),
     }
 

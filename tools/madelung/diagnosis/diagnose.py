@@ -257,7 +257,7 @@ def _search(
     good: bool,
 ) -> tuple[Engine, Search, Outsider | None]:
     """The result, its engine, and what may not be named and explains more."""
-    fixed, values = known_forms(case, problem.scales)
+    fixed, values = known_forms(case, heads, baseline)
     given, measured, settled = monitored(case, heads, options.jobs)
     values = measured | values
     base = (*fixed, *(f for f in given if f.effect not in {k.effect for k in fixed}))

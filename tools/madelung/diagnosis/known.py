@@ -26,29 +26,60 @@ MISSED_SHARE = 1e-3
 _RENAMED = {"fn_hz": "fn1_hz", "zeta": "zeta1"}
 
 
-def known_forms(case: Case, scales: Scales) -> tuple[list[Form], dict[str, float]]:
-    """Forms of the known effects with the known parameters fixed, and start values."""
+def known_forms(case: Case, problem: Problem, start: Fit) -> tuple[list[Form], dict[str, float]]:
+    """Forms of the known effects with the known parameters fixed, and start values.
+
+    Of laws that know the same parameters the one that the records show: another would leave what
+    a second effect is then called for.
+
+    Parameters
+    ----------
+    start
+        f0 alone: tells y(u_min), which a gain and an offset refer to.
+    """
+    given = _given(case, float(start.beta[0]))
+    laws = _laws(given, problem.scales)
+    chosen = {effect: own[0] for effect, own in laws.items()}
+    values: dict[str, float] = {}
+    for form in chosen.values():
+        values |= form.starts(problem.scales)[0] | {k: given[k] for k in form.keys if k in given}
+    for effect, own in laws.items():
+        if len(own) > 1:
+            others = [f for f in chosen.values() if f.effect != effect]
+            fits = [problem.fit((*others, law), values, start.beta) for law in own]
+            chosen[effect] = min(zip(fits, own, strict=True), key=lambda pair: pair[0].cost)[1]
+    return list(chosen.values()), values
+
+
+def _given(case: Case, at_u_min_um: float) -> dict[str, float]:
+    """What is known, in the forms' own keys."""
     given = {_RENAMED.get(k, k): v for k, v in case.known.items()}
     if "creep_per_decade" in given:
         share = given.pop("creep_per_decade") / 2
         given |= {f"creep_{i}": share for i in range(len(CREEP_TAU_S))}
     if "gain" in given or "offset_um" in given:
         given = {"gain": 1.0, "offset_um": 0.0} | given
-    chosen: dict[str, Form] = {}
+        given["offset_um"] -= (given["gain"] - 1.0) * at_u_min_um
+    if given.get("knee_V") == 0.0:
+        del given["knee_V"]  # clips hard
+    return given
+
+
+def _laws(given: Mapping[str, float], scales: Scales) -> dict[str, list[Form]]:
+    """By effect its simplest forms that know the most of what is given, with that fixed."""
+    laws: dict[str, list[Form]] = {}
     for form in forms(scales):
-        told = set(form.keys) & set(given)
-        if told and len(told) > len(
-            set(chosen[form.effect].keys) & set(given) if form.effect in chosen else ()
-        ):
-            chosen[form.effect] = form
-    fixed = []
-    values: dict[str, float] = {}
-    for form in chosen.values():
-        start = form.starts(scales)[0] | {k: given[k] for k in form.keys if k in given}
-        values |= start
-        params = tuple(_fixed(p, given) for p in form.params)
-        fixed.append(replace(form, params=params))
-    return fixed, values
+        if told := len(set(form.keys) & set(given)):
+            own = laws.get(form.effect, [])
+            most = len(set(own[0].keys) & set(given)) if own else 0
+            if told > most:
+                laws[form.effect] = [form]
+            elif told == most and set(form.keys) == set(own[0].keys):
+                own.append(form)
+    return {
+        effect: [replace(f, params=tuple(_fixed(p, given) for p in f.params)) for f in own]
+        for effect, own in laws.items()
+    }
 
 
 def _fixed(p: Param, given: Mapping[str, float]) -> Param:
@@ -60,18 +91,19 @@ def contradicted(case: Case, engine: Engine, best: Fit) -> list[str]:
     problem = engine.problem
     free = {(f.effect, f.name): f for f in forms(problem.scales)}
     said = []
-    for form in known_forms(case, problem.scales)[0]:
-        others = tuple(f for f in best.forms if f.effect != form.effect)
-        own = next(f for f in best.forms if f.effect == form.effect)
+    for own in best.forms:
+        if not set(EFFECTS[own.effect].keys) & set(case.known):
+            continue
+        others = tuple(f for f in best.forms if f is not own)
         held = problem.fit((*others, own), best.values, best.beta)
         loose = problem.fit((*others, free[own.effect, own.name]), held.values, held.beta)
         if engine.gain(held, loose) > GAIN_MIN:
-            told = reported(form.effect, loose, problem)
+            told = reported(own.effect, loose, problem)
             said += [
                 f"{key} = {case.known[key]:g} is given, and contradicted: "
-                f"the records are explained better by {told[key]['value']:.4g}"
-                for key in told
-                if key in case.known
+                f"the records are explained better by {entry['value']:.4g}"
+                for key, entry in told.items()
+                if key in case.known and not entry["ci95"][0] <= case.known[key] <= entry["ci95"][1]
             ]
     return said
 
