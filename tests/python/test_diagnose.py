@@ -237,6 +237,19 @@ def test_a_disturbance_without_a_name_is_not_given_another(
     assert said in " ".join(found["warnings"])
 
 
+@pytest.mark.parametrize(
+    ("effects", "proven"), [(["jitter"], []), (["jitter", "creep"], ["creep"])]
+)
+def test_beside_what_has_no_name_only_what_explains_much_is_proven(
+    effects: list[str], proven: list[str], tmp_path: Path
+) -> None:
+    """A part of any disturbance that is no noise looks like some effect."""
+    written(tmp_path / "case", *effects, seed=77)
+    verdict = content(tmp_path / "case")["verdict"]
+    assert verdict["status"] == "unknown"
+    assert verdict["candidates"] == proven
+
+
 def test_an_effect_that_is_ruled_out_is_not_named_and_no_other_for_it(tmp_path: Path) -> None:
     written(tmp_path / "case", "delay")
     tell(tmp_path / "case", exclude=["delay"])

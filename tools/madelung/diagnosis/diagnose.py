@@ -110,6 +110,9 @@ def diagnose(case: Case, options: Options, progress: Progress = lambda _: None) 
     engine, search, outsider = _search(problem, heads, case, baseline, options, progress, good)
     rough = Engine(heads, engine.forms, 1, progress)
     verdict = judge(engine, search, train_excess(problem, baseline), outsider)
+    if verdict.status == "unknown":
+        search = engine.weighty(search)
+        verdict = judge(engine, search, train_excess(problem, baseline), outsider)
     if good:
         verdict = Verdict("no_gap", [], [], 1.0, 0.0, [])
     elif options.check:

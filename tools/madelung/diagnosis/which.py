@@ -111,6 +111,8 @@ BENT = frozenset({"asymmetry", "non_masing"})
 """Loops that are not symmetric bend minor loops too: one effect, not two (diagnose.md)."""
 MORE_RATIO = 1.3
 MUCH_MORE_RATIO = 10.0
+WEIGHTY_SHARE = 0.2
+"""Of what stays unexplained, that an effect must explain to be named beside it."""
 DAMPING_SHARE = 0.95
 SLEW_SHARE = 0.95
 CREEP_FAST_S = 0.05
@@ -766,8 +768,26 @@ class Engine:
         extra = max(len(new.params) - len(old.params), 1)
         return float(min(1.0, len(self.forms) * chi2.sf(max(self.gain(old, new), 0.0), extra)))
 
-    def _pruned(self, fit: Fit, null: Fit) -> Fit:
-        """Without effects that the others, or what the case gives, make superfluous."""
+    def weighty(self, search: Search) -> Search:
+        """The result without effects that explain little beside what stays unexplained.
+
+        What has no name is no noise: by chance a part of it looks like many an effect.
+        """
+
+        def is_light(smaller: Fit, fit: Fit) -> bool:
+            left = self._excess(fit)
+            return self._excess(smaller) - left < WEIGHTY_SHARE * left
+
+        return replace(search, best=self._pruned(search.best, search.null, is_light))
+
+    def _pruned(
+        self, fit: Fit, null: Fit, is_needless: Callable[[Fit, Fit], bool] | None = None
+    ) -> Fit:
+        """Without effects that the others, or what the case gives, make superfluous.
+
+        Or without those that are needless as told of a smaller fit and a larger one.
+        """
+        is_needless = is_needless or (lambda s, f: not self.accepted(s, f, null))
         while len(fit.forms) > len(null.forms):
             smaller = []
             for form in [f for f in fit.forms if f.effect not in null.effects]:
@@ -786,7 +806,7 @@ class Engine:
                 if lost and again.cost < limit:
                     self._keep(self.problem.fit(rest, again.values, again.beta))
                 smaller.append(self.fits[key])
-            needless = [s for s in smaller if not self.accepted(s, fit, null)]
+            needless = [s for s in smaller if is_needless(s, fit)]
             if not needless:
                 break
             fit = min(needless, key=self.score)
