@@ -2,6 +2,8 @@
 
 #include <string.h>
 
+#include "mdl_power.h"
+
 #define SUBSTEPS_MAX 64u
 
 static int acts(const mdl_chain *chain, uint16_t block)
@@ -372,12 +374,34 @@ static mdl_lag_params loaded(const mdl_chain *chain, mdl_real v)
     return now;
 }
 
+/*
+ * Where the lag's output meets the command, which moves evenly from one voltage to another, it
+ * turns: a turning point between the samples, which the trajectory is led to. With e = output -
+ * command and a = exp(-h / tau) this is tau ln((e[1] - e[0]) / (e[1] - a e[0])) into the step.
+ */
+static void lead_to_turn(mdl_chain *chain, const mdl_lag_params *lag, mdl_real e, mdl_real from,
+                         mdl_real to)
+{
+    mdl_real now = chain->at.lag.e;
+    if (e * now < MDL_C(0.0) && lag->decay > MDL_C(0.0) &&
+        !acts(chain, MDL_BLOCK_RATE | MDL_BLOCK_YANG)) { /* these step in time, by substeps */
+        mdl_real bits = mdl_log2((now - e) / (now - e + lag->decay * e));
+        mdl_real t = mdl_limited(MDL_LN_2 * bits * lag->ramp / lag->decay, MDL_C(0.0), MDL_C(1.0));
+        mdl_real v = from + t * (to - from);
+        if ((v - from - e) * (v - to - now) > MDL_C(0.0)) { /* beyond both ends of the step */
+            mdl_real y;
+            (void)lead(chain, v - chain->params->u_min_volts, &y);
+        }
+    }
+}
+
 /* Input box: saturation, slew limit, amplifier lag. */
 static mdl_real drive(mdl_chain *chain, mdl_real u)
 {
     const mdl_chain_params *p = chain->params;
     mdl_real v = saturated(chain, u);
     mdl_real before = chain->at.slewed_volts;
+    mdl_real e = chain->at.lag.e;
     if (acts(chain, MDL_BLOCK_SLEW)) {
         mdl_real rise = v - chain->at.clipped_volts;
         chain->at.clipped_volts = v;
@@ -391,7 +415,9 @@ static mdl_real drive(mdl_chain *chain, mdl_real u)
             mdl_real then = v + mdl_lag_step(&trial, &lag, v - before);
             lag = loaded(chain, MDL_C(0.5) * (chain->at.drive_volts + then));
         }
-        v += mdl_lag_step(&chain->at.lag, &lag, v - before);
+        (void)mdl_lag_step(&chain->at.lag, &lag, v - before);
+        lead_to_turn(chain, &lag, e, before, v);
+        v += chain->at.lag.e;
     }
     return v;
 }

@@ -47,7 +47,6 @@ mdl_real mdl_saturation(const mdl_saturation_params *params, mdl_real u_volts)
 }
 
 #define LOG2_E MDL_C(1.44269504088896341)
-#define LN_2 MDL_C(0.693147180559945309)
 #define SMALL MDL_C(0.25)
 #define LARGE MDL_C(20.0)
 
@@ -67,7 +66,7 @@ static mdl_real settled(const mdl_slew_params *params, mdl_real e)
         return e - gone;
     }
     y = MDL_C(0.5) * (mdl_exp2((e - gone) * LOG2_E) - mdl_exp2((-e - gone) * LOG2_E));
-    return LN_2 * mdl_log2(y + mdl_power(y * y + MDL_C(1.0), MDL_C(0.5)));
+    return MDL_LN_2 * mdl_log2(y + mdl_power(y * y + MDL_C(1.0), MDL_C(0.5)));
 }
 
 mdl_real mdl_slew(const mdl_slew_params *params, mdl_real last_volts, mdl_real u_volts,

@@ -5,7 +5,8 @@
  * The state is the deviation e = output - input, so that a slow pole does not drown in the
  * rounding of a large output. With a = exp(-h / tau):
  * e[n+1] = a e[n] - (tau / h) (1 - a) (u[n+1] - u[n]). Used for the amplifier's lag, for the modes
- * of the creep ladder and for the filtered velocity.
+ * of the creep ladder and for the filtered velocity. Where it turns between two samples:
+ * mdl_chain.c.
  */
 #ifndef MDL_LAG_H
 #define MDL_LAG_H

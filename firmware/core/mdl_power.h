@@ -8,6 +8,8 @@
 
 #include "mdl_real.h"
 
+#define MDL_LN_2 MDL_C(0.693147180559945309)
+
 /** 2^x, relative error below 2e-7 in float, 8e-9 in double. x is limited to [-120, 120]. */
 mdl_real mdl_exp2(mdl_real x);
 

@@ -295,6 +295,19 @@ def test_a_predictor_rests_where_a_runner_does(name: str, precision: Precision) 
     np.testing.assert_array_equal(made.run(u), Runner(0.0, RANGE_V, precision).run(path, u, STEP_S))
 
 
+@pytest.mark.parametrize("per_step", [0.05, 0.5, 5.0])
+def test_a_lag_turns_between_samples(per_step: float) -> None:
+    """Against the same command in 200 steps a sample: of every turn the lag leaves its own share."""
+    n, corner_hz = 200, 1 / (2 * np.pi * per_step * STEP_S)
+    corners = np.random.default_rng(3).uniform(5.0, 95.0, 41)
+    u = np.interp(np.arange(401) / 10.0, np.arange(41), corners)
+    fine = np.interp(np.arange(400 * n + 1) / n, np.arange(401), u)
+    for path in (PATH, PATH.but(bouc_um=0.3, bouc_V=9.0, bouc_power=1.5)):
+        lagged = path.but(corner_hz=corner_hz)
+        error = run(lagged, u) - run(lagged, fine, STEP_S / n)[::n]
+        assert np.abs(error).max() < 0.01 * np.abs(run(lagged, u) - run(path, u)).max()
+
+
 def test_slew_limit_turns_a_step_into_a_ramp() -> None:
     u = np.repeat([0.0, 60.0, 20.0], [3, 300, 300])
     t = np.arange(u.size) * STEP_S

@@ -668,6 +668,24 @@ void test_amplifier_lag(void)
     STEP(4.0, 6.875, MDL_OK); /* e = -1/8 */
 }
 
+/* Where its output meets the falling command, ln 2 / 4 into the step: at x = 3.3069, not at 3. */
+void test_a_lag_turns_between_two_samples(void)
+{
+    const double turn = 4.0 - log(2.0);
+    mdl_real y;
+    use(square, 2, MDL_BLOCK_LAG);
+    params.lag.decay = MDL_C(1.0);
+    params.lag.ramp = MDL_C(0.25);
+    start();
+    STEP(-2.0, 0.0, MDL_OK);
+    STEP(2.0, 9.0, MDL_OK);                                         /* e = -1 */
+    ASSERT_STATUS(MDL_OK, mdl_chain_step(&chain, MDL_C(-2.0), &y)); /* e = 1 */
+    TEST_ASSERT_DOUBLE_WITHIN(64.0 * MDL_TEST_EPSILON + 1e-6,
+                              turn * turn - (turn - 1.0) * (turn - 1.0), (double)y);
+    ASSERT_STATUS(MDL_OK, mdl_chain_step(&chain, MDL_C(-2.0), &y)); /* at the command, no turn */
+    TEST_ASSERT_DOUBLE_WITHIN(64.0 * MDL_TEST_EPSILON + 1e-6, 0.0, (double)y);
+}
+
 void test_a_pole_behind_the_hysteresis_does_not_hold_its_turns_back(void)
 {
     use(square, 2, MDL_BLOCK_BEHIND);
