@@ -297,7 +297,7 @@ def test_a_predictor_rests_where_a_runner_does(name: str, precision: Precision) 
 
 @pytest.mark.parametrize("per_step", [0.05, 0.5, 5.0])
 def test_a_lag_turns_between_samples(per_step: float) -> None:
-    """Against the same command in 200 steps a sample: of every turn the lag leaves its own share."""
+    """Against the same command in 200 steps a sample: what it missed at a turn would stay."""
     n, corner_hz = 200, 1 / (2 * np.pi * per_step * STEP_S)
     corners = np.random.default_rng(3).uniform(5.0, 95.0, 41)
     u = np.interp(np.arange(401) / 10.0, np.arange(41), corners)
