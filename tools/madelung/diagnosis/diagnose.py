@@ -285,7 +285,7 @@ def _search(
     # What the user rules out gets no name, but no other is named for it either.
     ruled_out = [f for f in every if f.effect in case.exclude and not f.refines]
     others = [*outside_forms(problem.scales, problem.traces), *ruled_out]
-    best = search.best if engine is rough else rough.again(search.best)
+    best = search.best if engine is rough else rough.shown(search.best, found.null)
     outsider = rough.outsider(
         replace(found, best=best), others, "periodic_disturbance" in case.exclude
     )

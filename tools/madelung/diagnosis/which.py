@@ -274,6 +274,10 @@ class Engine:
         """Fitted to this problem's rows, from another's solution."""
         return self._slim(self.problem.fit(fit.forms, fit.values, fit.beta, iterations))
 
+    def shown(self, fit: Fit, null: Fit) -> Fit:
+        """Of another problem's solution what these rows show."""
+        return self._pruned(self.again(fit), null)
+
     def _climb(self, null: Fit, best: Fit) -> Search:
         """Up, and without what has become superfluous; on from there when that leaves too much."""
         came_by = {null.effects}
