@@ -415,6 +415,16 @@ def test_a_start_that_is_not_taken_from_the_flashed_model_is_said(
     assert any("initial_state is left out" in w for w in made["warnings"])
 
 
+def test_a_flashed_model_in_another_unit_is_warned_of(
+    quiet: Path, patch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    f0 = (0.0, 1e-3 * STAGE.stroke_um / STAGE.range_V)
+    Model("madelung", STAGE.u_min_V, STAGE.u_max_V, f0=f0).save(tmp_path / "m")
+    made = run(patch, quiet, tmp_path / "out", "--model", str(tmp_path / "m"), "--check")
+    (said,) = [w for w in made["warnings"] if "check the unit" in w]
+    assert "identify.csv: y moves 1000 times as far as the model says" in said
+
+
 def test_tolerance_stops_when_good_enough(folder: Path, found: Diagnosis) -> None:
     percent = found["gap"]["percent_of_stroke"]
     enough = content(folder / "creep", tolerance_percent=1.1 * percent)

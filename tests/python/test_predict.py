@@ -12,8 +12,9 @@ import pytest
 
 from madelung.core import Predictor
 from madelung.errors import InputError
+from madelung.identify import percent
 from madelung.model import Model
-from madelung.predict import Prediction, predict
+from madelung.predict import Prediction, predict, summary
 from madelung.records import Record, make_record, write_record
 
 MODEL = Model("madelung", 0.0, 40.0, f0=(0.58517, 0.086444, 0.0011949, -6.1876e-06))
@@ -93,6 +94,33 @@ def test_units_must_agree_and_something_must_be_left() -> None:
     assert list(predict(volts, record_of(u, y_V=y)).columns())[2:] == ["y_V", "predicted_V"]
     with pytest.raises(InputError, match="no row is left"):
         offset(u, from_s=1e6)
+
+
+def test_a_value_in_another_unit_than_its_header_says_is_warned_of() -> None:
+    u = wandering()
+    y = Predictor(MODEL, "float64").run(u)
+    for factor, said in ((1000.0, "1000"), (1e-3, "0.001"), (120.0, "120"), (50.0, ""), (0.02, "")):
+        warnings = predict(MODEL, record_of(u, factor * y)).warnings
+        expected = [f"r: y moves {said} times as far as the model says: check the unit"]
+        assert [w for w in warnings if "unit" in w] == (expected if said else []), factor
+    small = 20.0 + 1e-3 * (u - 20.0)
+    noise = 0.01 * np.random.default_rng(1).standard_normal(u.size)
+    assert predict(MODEL, record_of(small, y.mean() + noise)).warnings == ()
+    in_nm = 1000.0 * Predictor(MODEL, "float64").run(0.02 * u)
+    assert "y moves 1000 times" in predict(MODEL, record_of(0.02 * u, in_nm)).warnings[0]
+
+
+def test_a_share_is_written_without_an_exponent_and_with_its_sign() -> None:
+    shares = {30.0: "100", 29.9: "100", 29.0: "97", -30.0: "-100", 37.2: "124", 3e4: "100000"}
+    shares |= {-0.000201: "-0.00067", 0.0105: "0.035", 0.0: "0"}
+    for value, said in shares.items():
+        assert percent(value, 30.0) == f"{said} % of the stroke"
+    u = wandering()
+    y = Predictor(MODEL, "float64").run(u)
+    said = summary(predict(MODEL, record_of(u, y - 0.1), "float64"))[1]
+    share = f"{100 * 0.1 / STROKE:.2g} % of the stroke)"
+    assert f"rms 0.1 um ({share}, largest 0.1 um ({share} at" in said
+    assert said.endswith(f"mean -0.1 um (-{share}")
 
 
 def madelung(*args: object) -> tuple[int, str, str]:

@@ -43,6 +43,8 @@ PAIR_SHARE = 0.01
 """Rows of successive cycles are compared when this close, as a share of the range."""
 FOLDS_MAX = 40
 """Half-loops are spread over at most so many folds of the cross-validation."""
+UNIT_TIMES = 100.0
+"""A displacement that moves so many times as far as a model says, or less, is in another unit."""
 BINS = 40
 """Of x, in which the two branches are averaged and compared."""
 
@@ -232,6 +234,18 @@ def stroke_of(model: Model) -> float:
     """Displacement from u_min to u_max, the size that percentages refer to; in the unit of y."""
     y = Predictor(model, "float64").run([model.u_min_V, model.u_max_V])
     return float(abs(y[1] - y[0]))
+
+
+def check_unit(said: str, moved: float, expected: float) -> Iterator[str]:
+    """Warn where a displacement moves so much further, or less, than a model says.
+
+    Nothing is told of one that rests, nor of a model that says it does.
+    """
+    if moved <= 0.0 or expected <= 0.0:
+        return
+    if not 1.0 / UNIT_TIMES < moved / expected < UNIT_TIMES:
+        times = float(f"{moved / expected:.2g}")
+        yield f"{said} moves {times:.12g} times as far as the model says: check the unit"
 
 
 def _y(record: Record) -> Floats:
@@ -558,8 +572,11 @@ def _most(values: Floats) -> float | None:
 
 
 def percent(value: float, stroke: float) -> str:
-    """A size as a share of the stroke, for people."""
-    return f"{100.0 * value / stroke:.2g} % of the stroke" if stroke > 0.0 else "stroke 0"
+    """A size as a share of the stroke, for people, with its sign."""
+    if stroke <= 0.0:
+        return "stroke 0"
+    share = 100.0 * value / stroke
+    return f"{share:.{'2g' if abs(share) < 99.5 else '0f'}} % of the stroke"
 
 
 def summary(found: Identification) -> list[str]:

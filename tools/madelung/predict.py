@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,11 +11,14 @@ from numpy.typing import NDArray
 
 from madelung.core import Precision, Predictor, Status
 from madelung.errors import InputError
-from madelung.identify import ENDS_SHARE, percent, stroke_of
+from madelung.identify import ENDS_SHARE, check_unit, percent, stroke_of
 from madelung.model import MARGIN_SHARE, Model
 from madelung.records import Record, warm_up_rows
 
 Floats = NDArray[np.float64]
+
+SWING_SHARE = 0.3
+"""What moves further than predicted, but not so much of the stroke, may be noise."""
 
 
 @dataclass(frozen=True)
@@ -119,6 +123,8 @@ def predict(
             f"{record.name}: no row is left to compare with: time runs from {record.t_s[0]:g} to "
             f"{record.t_s[-1]:g} s"
         )
+    else:
+        warnings += _check_swing(model, record, record.y[scored], predicted[scored])
     return Prediction(
         record,
         model,
@@ -128,6 +134,15 @@ def predict(
         scored,
         tuple(warnings),
     )
+
+
+def _check_swing(
+    model: Model, record: Record, y: Floats, predicted: NDArray[np.floating[Any]]
+) -> Iterator[str]:
+    """Warn when y is hardly in the model's unit. Noise on a command that rests is no sign of it."""
+    moved, expected = float(np.ptp(y)), float(np.ptp(predicted))
+    if moved < expected or moved > SWING_SHARE * stroke_of(model):
+        yield from check_unit(f"{record.name}: y", moved, expected)
 
 
 def _outside(model: Model) -> str:
@@ -192,7 +207,7 @@ def summary(found: Prediction) -> list[str]:
     worst = int(np.argmax(np.abs(error)))
 
     def size(value: float) -> str:
-        return f"{value:.3g} {found.unit} ({percent(abs(value), stroke)})"
+        return f"{value:.3g} {found.unit} ({percent(value, stroke)})"
 
     lines = [
         f"rows predicted: {record.t_s.size}; compared: {rows.size}, "

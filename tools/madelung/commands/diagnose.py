@@ -90,6 +90,7 @@ def _keep_records(case: Path, output: Path) -> None:
 
 def _as_flashed(case: Case, model: Model, path: Path | None) -> Case:
     """The case over the range of the model that was flashed."""
+    from madelung.identify import check_unit, stroke_of
     from madelung.model import MARGIN_SHARE
 
     ends = (model.u_min_V - case.u_min_V, model.u_max_V - case.u_max_V)
@@ -98,4 +99,8 @@ def _as_flashed(case: Case, model: Model, path: Path | None) -> Case:
             f"{path}: is of {model.u_min_V:g}..{model.u_max_V:g} V, "
             f"the case of {case.u_min_V:g}..{case.u_max_V:g} V"
         )
-    return replace(case, u_min_V=model.u_min_V, u_max_V=model.u_max_V)
+    y_um = case.identify.y_um[case.identify.use]
+    moved = float(y_um.max() - y_um.min())
+    said = check_unit(f"{case.identify.record.name}: y", moved, stroke_of(model))
+    warnings = [*case.warnings, *said]
+    return replace(case, u_min_V=model.u_min_V, u_max_V=model.u_max_V, warnings=warnings)
