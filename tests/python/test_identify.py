@@ -240,6 +240,7 @@ def test_command_writes_the_contracts_model_and_pictures(tmp_path: Path) -> None
     data = json.loads(model.read_text(encoding="utf-8"))
     assert data["schema"] == "madelung.model/1" and data["kind"] == "madelung"
     assert len(data["f0"]) == 4 and np.shape(data["covariance"]) == (4, 4)
+    assert data["noise_correlation_rows"] > 0.0
     assert data["records"] == ["r.csv"] and curve_error(tuple(data["f0"])) < 0.01
     assert load_model(model).range_V == 40.0
     assert plot.read_bytes()[:4] == b"\x89PNG"

@@ -214,7 +214,7 @@ def identify(
         f"max_{unit}": _most(y - fitted),
         f"noise_{unit}": noise.sigma,
         "noise_from": noise.source,
-        "noisecorrelation_rows": noise.rows,
+        "noise_correlation_rows": noise.rows,
         f"asymmetry_rms_{unit}": _rms(asymmetry),
         f"asymmetry_max_{unit}": _most(asymmetry),
         "covariance": (noise.sigma**2 * noise.rows * (to_powers @ inverse @ to_powers.T)).tolist(),
