@@ -424,6 +424,14 @@ def test_json_is_the_schemas_and_the_same_for_a_seed() -> None:
             "50 % of the gap lies where 3 or more turning points are held, in 25 % of the samples",
         ),
         (
+            Region("nesting", 1.0, 1.0, "", "between", energy_share=0.5, sample_share=0.25),
+            "50 % of the gap lies where 1 turning point is held, in 25 % of the samples",
+        ),
+        (
+            Region("nesting", 0.0, 1.0, "", "below", energy_share=0.5, sample_share=0.25),
+            "50 % of the gap lies where at most 1 turning point is held, in 25 % of the samples",
+        ),
+        (
             Region("branch", "minor_falling", None, "", "at", energy_share=0.6, sample_share=0.2),
             "60 % of the gap lies on falling branches of minor loops, in 20 % of the samples",
         ),

@@ -248,7 +248,9 @@ def region_label(region: Mapping[str, Any]) -> str:
     if isinstance(low, str) or high is None:
         return f"{axis}: {str(low).replace('_', ' ')}"
     ends = {"above": f"≥ {low:.4g}", "below": f"≤ {high:.4g}"}
-    said = f"{axis} {ends.get(side, f'{low:.4g} to {high:.4g}')} {region['unit']}".rstrip()
+    between = f"{low:.4g}" if low == high else f"{low:.4g} to {high:.4g}"
+    unit = "turning point" if axis == "nesting" and low == high == 1 else region["unit"]
+    said = f"{axis} {ends.get(side, between)} {unit}".rstrip()
     return f"{said} in {printable(region['record'])[:24]}" if "record" in region else said
 
 

@@ -120,10 +120,10 @@ def _place(region: Region) -> str:
         loops = "the major loop" if loop == "major" else "minor loops"
         return f"on {sense} branches of {loops}"
     if region.axis == "nesting":
-        if low == high:
-            return f"where {_quantity(low, '')} turning points are held"
         ends = {"above": f"{low:g} or more", "below": f"at most {high:g}"}
-        return f"where {ends.get(region.side, f'{low:g} to {high:g}')} turning points are held"
+        count = f"{low:g}" if low == high else ends.get(region.side, f"{low:g} to {high:g}")
+        one = count in ("1", "at most 1")
+        return f"where {count} turning {'point is' if one else 'points are'} held"
     a, b = _quantity(low, region.unit), _quantity(high, region.unit)
     if region.axis == "rate":
         words = {"above": f"faster than {a}", "below": f"slower than {b}"}
