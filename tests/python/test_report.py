@@ -18,7 +18,7 @@ from rich.console import Console
 from test_report_figures import PLANNED
 
 from madelung.diagnosis import pictures
-from madelung.diagnosis.pictures import NAMES, View, draw
+from madelung.diagnosis.pictures import NAMES, View, draw, in_percent, in_percents
 from madelung.diagnosis.report import (
     LINES_MAX,
     sentence_of_shrink,
@@ -110,6 +110,35 @@ def test_verdict_in_a_sentence(d: dict[str, Any], said: str) -> None:
     assert said in sentence_of_verdict(d)
 
 
+def test_shares_have_equal_digits_and_no_negative_zero() -> None:
+    assert in_percents([0.96, 0.9, 1.022]) == ["96 %", "90 %", "102 %"]
+    assert in_percents([0.9966, 0.995, 0.998]) == ["99.7 %", "99.5 %", "99.8 %"]
+    assert in_percents([-0.0001, -0.0004, 0.0002]) == ["0.0 %", "0.0 %", "0.0 %"]
+    assert in_percents([-0.004, -0.1, 0.1]) == ["0 %", "-10 %", "10 %"]
+    assert in_percents([None, 0.5]) == ["-", "50 %"]
+    told = [in_percent(share) for share in (None, -0.004, -0.3, 0.984, 0.998, 1.012, 1.027)]
+    assert told == ["-", "0 %", "-30 %", "98 %", "99.8 %", "101.2 %", "103 %"]
+
+
+def test_a_holdout_that_shows_no_gap_is_said_to_be_none_of_the_cause() -> None:
+    d = changed("identified", effects=["slew_limit"])
+    d["shrink"] |= {"rms_before_um": 0.0103, "closable_closed": 0.9, "closable_closed_ci95": None}
+    quiet = "; the hold-out does not excite the cause."
+    assert sentence_of_shrink(d).endswith(f"90 % of what can be closed is closed{quiet}")
+    d["shrink"]["closable_closed"] = None
+    assert sentence_of_shrink(d).endswith(f"nothing there can be closed{quiet}")
+    assert quiet in " ".join(text_of(d, 300).split())
+    assert "excite" not in sentence_of_shrink(d | {"gap": {**d["gap"], "rms_um": 0.0103}})
+    d["verdict"]["status"] = "no_gap"
+    assert "excite" not in sentence_of_shrink(d)
+
+
+def test_the_terminal_says_where_the_sizes_stand_that_could_not_be_seen() -> None:
+    text = " ".join(text_of(changed("no_gap") | {"where": [], "ranking": []}, 300).split())
+    assert 'in the report under "What this campaign could not have seen"' in text
+    assert "could not have seen" not in text_of(diagnosis(), 300)
+
+
 def test_how_far_in_a_sentence() -> None:
     d = diagnosis()
     assert sentence_of_shrink(d) == (
@@ -117,8 +146,13 @@ def test_how_far_in_a_sentence() -> None:
         "0.01 um: 99.7 % (95 %: 99.5 % to 99.8 %) of what can be closed is closed."
     )
     d["shrink"] |= {"closable_closed": 1.027, "closable_closed_ci95": [0.97, 1.08]}
-    assert "102.7 % (95 %: 97 % to 108.0 %) of what can be closed is closed; more than all: " in (
-        sentence_of_shrink(d)
+    assert sentence_of_shrink(d).endswith(
+        ": 103 % (95 %: 97 % to 108 %) of what can be closed is closed; above 100 %: less is left "
+        "than the noise floor, which is an estimate."
+    )
+    d["shrink"] |= {"closable_closed": 1.0004, "closable_closed_ci95": [0.9996, 1.0004]}
+    assert sentence_of_shrink(d).endswith(
+        ": 100.0 % (95 %: 100.0 % to 100.0 %) of what can be closed is closed."
     )
     d["shrink"] |= {"closable_closed": None, "closable_closed_ci95": None}
     assert sentence_of_shrink(d).endswith("nothing there can be closed.")

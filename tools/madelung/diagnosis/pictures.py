@@ -421,6 +421,16 @@ def _colour(effect: str, verdict: Mapping[str, Any]) -> str:
 
 def in_percent(share: float | None) -> str:
     """A share in per cent, with a decimal where it is nearly whole; '-' where there is none."""
-    if share is None:
-        return "-"
-    return f"{100 * share:.{1 if share > 0.985 else 0}f} %"
+    return in_percents([share])[0]
+
+
+def in_percents(shares: Sequence[float | None]) -> list[str]:
+    """A share and the ends of its interval in per cent, all with as many decimals.
+
+    One where they lie within 1 %, or where a single one is nearly whole.
+    """
+    known = [100.0 * s for s in shares if s is not None]
+    near = bool(known) and max(known) - min(known) < 1.0
+    places = int(near and (len(known) > 1 or abs(known[0] - 100.0) < 1.5))
+    # Adding 0 to what is rounded makes 0 of -0.
+    return ["-" if s is None else f"{round(100.0 * s, places) + 0.0:.{places}f} %" for s in shares]

@@ -20,7 +20,14 @@ from typing import TYPE_CHECKING, Any
 from madelung.diagnosis.figures import DARK, figures, records
 from madelung.diagnosis.noise import Noise
 from madelung.diagnosis.page import render
-from madelung.diagnosis.pictures import NAMES, View, in_percent, printable, region_label
+from madelung.diagnosis.pictures import (
+    NAMES,
+    View,
+    in_percent,
+    in_percents,
+    printable,
+    region_label,
+)
 from madelung.diagnosis.remedies import ACTIONS, KINDS, Action
 from madelung.diagnosis.vocabulary import EFFECTS, SIZES
 from madelung.files import write_atomically
@@ -54,9 +61,15 @@ STATUS = {
 """By `state`."""
 UNTESTED = ("good_enough", "checked")
 """States in which no effect was fitted."""
+FLOOR_TIMES = 1.05
+"""A hold-out whose error is below so many noise floors shows no gap to speak of."""
 NAME_MAX = 120
 TEXT_MAX = 2000
 """Characters of a name and of a text from outside that the page shows."""
+WHERE_UNSEEN = (
+    "From which size on each effect could have been seen: in the report under "
+    '"What this campaign could not have seen", in diagnosis.json under "detectable".'
+)
 CAPTIONS = {
     "gap": "What was measured and predicted, and what each prediction misses, in time.",
     "loops": "The same as loops over the command.",
@@ -139,10 +152,21 @@ def sentence_of_shrink(diagnosis: Diagnosis) -> str:
     )
     closed, ci95 = shrink["closable_closed"], shrink["closable_closed_ci95"]
     if closed is None:
-        return f"{said}: nothing there can be closed."
-    between = f" (95 %: {in_percent(ci95[0])} to {in_percent(ci95[1])})" if ci95 else ""
-    more = "; more than all: what is left is below the floor, an estimate" if closed > 1 else ""
-    return f"{said}: {in_percent(closed)}{between} of what can be closed is closed{more}."
+        return f"{said}: nothing there can be closed{_unexcited(diagnosis)}."
+    share, *ends = in_percents([closed, *(ci95 or [])])
+    between = f" (95 %: {ends[0]} to {ends[1]})" if ends else ""
+    above = float(share.removesuffix(" %")) > 100.0
+    more = "; above 100 %: less is left than the noise floor, which is an estimate" if above else ""
+    return f"{said}: {share}{between} of what can be closed is closed{more}{_unexcited(diagnosis)}."
+
+
+def _unexcited(diagnosis: Diagnosis) -> str:
+    """What to add where the train records show a gap and the hold-out hardly any."""
+    least = FLOOR_TIMES * diagnosis["gap"]["noise_floor_um"]
+    if state(diagnosis) == "no_gap" or diagnosis["gap"]["rms_um"] <= least:
+        return ""
+    quiet = diagnosis["shrink"]["rms_before_um"] <= least
+    return "; the hold-out does not excite the cause" if quiet else ""
 
 
 def _told(region: Mapping[str, Any]) -> str:
@@ -360,6 +384,8 @@ def terminal(diagnosis: Diagnosis) -> _Lines:
         said.append(_Paragraph(f"Could be seen from: {sentence_of_unseen(diagnosis)}"))
     elif state(diagnosis) not in UNTESTED:
         said.append(_Paragraph(f"How far: {sentence_of_shrink(diagnosis)}"))
+    if state(diagnosis) == "no_gap" and diagnosis.get("detectable"):
+        said.append(_Paragraph(WHERE_UNSEEN, "dim"))
     said += _sizes(diagnosis)
     following = sentence_of_next(diagnosis)
     if following:  # Before what to do about causes of which only some act.
@@ -424,7 +450,9 @@ def chance(p: float) -> str:
     return "< 1e-99" if p < 1e-99 else f"{p:.2g}"
 
 
-FILTERS = {f.__name__: f for f in (in_percent, spoken, printable, short, rounded, chance)}
+FILTERS = {
+    f.__name__: f for f in (in_percent, in_percents, spoken, printable, short, rounded, chance)
+}
 
 
 @dataclass(frozen=True)
