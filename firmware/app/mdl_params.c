@@ -1,5 +1,7 @@
 /* clang-format off */
 /* Written by `madelung export`; do not edit. Reals are floats, exact in nine digits.
+ * For 10000 samples a second, whatever the rate of the records was;
+ * for another rate: `madelung export model.json --rate HZ -o FOLDER`
  * model: {"kind": "madelung", "u_min_V": 0.0, "u_max_V": 40.0, "source": "Cao & Li, Sensors 2019, 19, 352, eq. (20)"}
  */
 #include "mdl_params.h"

@@ -289,7 +289,7 @@ def test_the_command_takes_rate_and_ranges(tmp_path: Path) -> None:
     assert code == 0 and "2500 Hz" in said
     text = (tmp_path / "new/mdl_params.c").read_text()
     found = {k: float(v) for k, v in re.findall(r"\.(\w+) = (-?[\d.e+-]+)[fu]", text)}
-    assert found["rate_hz"] == 2500
+    assert found["rate_hz"] == 2500 and " * For 2500 samples a second, whatever" in text
     assert found["u_zero_volts"] == -10.0
     assert found["volts_per_code"] == pytest.approx(60.0 / 4095.0, rel=1e-7)
     assert found["y_zero_um"] == -2.0

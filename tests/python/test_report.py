@@ -273,6 +273,7 @@ def test_page_tells_everything(tmp_path: Path) -> None:
         "7 to 19",
         "madelung diagnose CASE_DIR -o OUT_DIR --seed 5",
         "stage 4",
+        "for 10000 samples a second (another rate: madelung export model_augmented.json --rate",
     ):
         assert said in page.text, said
 

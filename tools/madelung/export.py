@@ -19,6 +19,8 @@ from madelung.path import discretise, path_of
 from madelung.yang2015 import FILTER_VALUES, PI_VALUES, YangParams
 
 CODE_MAX = 4095
+RATE_HZ = 10_000
+"""Of the firmware, where no other is asked for; the records' rate does not matter."""
 RATE_HZ_MAX = 200_000
 DELAY_WHOLE_MAX = 60
 CREEP_MODES_MAX = 12
@@ -61,7 +63,7 @@ class Scaling:
     output_um: tuple[float, float]
 
 
-def default_scaling(model: Model, rate_Hz: int = 10_000) -> Scaling:
+def default_scaling(model: Model, rate_Hz: int = RATE_HZ) -> Scaling:
     """The converters span the identified range and the displacements that belong to it at rest."""
     x = np.linspace(0.0, model.range_V, CODE_MAX + 1)
     if model.kind == "major_curve":
@@ -106,6 +108,8 @@ def params_source(model: Model, scaling: Scaling) -> str:
     lines = [
         "/* clang-format off */",
         "/* Written by `madelung export`; do not edit. Reals are floats, exact in nine digits.",
+        f" * For {scaling.rate_Hz} samples a second, whatever the rate of the records was;",
+        " * for another rate: `madelung export model.json --rate HZ -o FOLDER`",
         *(f" * {_commented(line)}" for line in _about(model, notes)),
         " */",
         '#include "mdl_params.h"',

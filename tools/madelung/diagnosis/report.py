@@ -30,6 +30,7 @@ from madelung.diagnosis.pictures import (
 )
 from madelung.diagnosis.remedies import ACTIONS, KINDS, Action
 from madelung.diagnosis.vocabulary import EFFECTS, SIZES
+from madelung.export import RATE_HZ
 from madelung.files import write_atomically
 
 if TYPE_CHECKING:
@@ -544,6 +545,7 @@ def _context(out: Path, diagnosis: Diagnosis) -> dict[str, Any]:
         "proven": [c for c in causes(diagnosis) if c.proven],
         "possible": [c for c in causes(diagnosis) if not c.proven],
         "kinds": KINDS,
+        "rate_hz": RATE_HZ,
         "warnings": diagnosis.get("warnings", []),
         "regions": [(region_label(r), r) for r in diagnosis["where"]],
         "shrunk": _shrunk_rows(diagnosis) if diagnosis["shrink"]["records"] else [],
