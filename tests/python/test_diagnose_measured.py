@@ -6,13 +6,12 @@ from pathlib import Path
 import pandas as pd
 import pytest
 from diagnose_cases import run
+from test_measured import PICMA, needs_picma
 
-DATA = Path(__file__).parents[3] / "shared" / "data"
-PICMA = DATA / "picma_p885" / "model_vi_do.csv"
 PARTS = {"identify": (1.0, 10.0), "train/middle": (10.0, 25.0), "holdout/end": (25.0, 40.0)}
 
 
-@pytest.mark.skipif(not PICMA.exists(), reason=f"no measured record at {PICMA}")
+@needs_picma
 def test_picma_split_in_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     case = tmp_path / "case"
     frame = pd.read_csv(PICMA)

@@ -20,7 +20,10 @@ MIRROR = DATA / "cubespec_fsm"
 CYCLE = 200
 """Rows in a period of 1 s."""
 
-needs_picma = pytest.mark.skipif(not PICMA.exists(), reason=f"no measured record at {PICMA}")
+MISSING = "the measured record is missing, it is no part of the repository: ../shared/data/{}"
+needs_picma = pytest.mark.skipif(
+    not PICMA.exists(), reason=MISSING.format("picma_p885/model_vi_do.csv")
+)
 
 
 @pytest.fixture(scope="module")
@@ -100,7 +103,7 @@ def test_readme_shows_what_the_commands_print(tmp_path: Path) -> None:
     assert "not centrally symmetric" in " ".join(identify([read_record(PICMA)]).warnings)
 
 
-@pytest.mark.skipif(not MIRROR.exists(), reason=f"no measured record at {MIRROR}")
+@pytest.mark.skipif(not MIRROR.exists(), reason=MISSING.format("cubespec_fsm"))
 def test_the_mirror_with_three_inputs_is_refused_with_the_reason() -> None:
     for path in sorted(MIRROR.glob("*.csv")):
         with pytest.raises(InputError, match=r"3 input columns .* cannot explain"):
