@@ -269,11 +269,32 @@ def simulate(
 def unseal(
     sealed: Annotated[Path, typer.Argument(help="<folder>.sealed.json of `simulate --seal`.")],
     key: Annotated[str, typer.Argument(help="The key that was printed.")],
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", help="Write the labels here, JSON, and print the causes."),
+    ] = None,
+    diagnosis: Annotated[
+        Path | None,
+        typer.Option(help="Folder of a diagnosis of the case: say whether its verdict is right."),
+    ] = None,
 ) -> None:
     """Print the labels of a sealed case, after checking that nobody has changed them."""
     from madelung import sealing
+    from madelung.commands.common import keep_inputs
 
-    typer.echo(json.dumps(sealing.unseal(sealed, key), indent=1))
+    labels = sealing.unseal(sealed, key)
+    text = json.dumps(labels, indent=1)
+    if output is None and diagnosis is None:
+        typer.echo(text)
+        return
+    from madelung.diagnosis.unsealed import compared
+
+    read = [sealed, *([] if diagnosis is None else [diagnosis / "diagnosis.json"])]
+    keep_inputs(read, output)
+    said = compared(labels, None if diagnosis is None else read_json(read[1]))
+    if output is not None:
+        write_atomically(output, text + "\n")
+    typer.echo(said)
 
 
 def _stage(path: Path | None, told: dict[str, Any], otherwise: Stage) -> Stage:

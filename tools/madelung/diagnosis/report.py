@@ -256,6 +256,12 @@ def _quantity(effect: str, key: str, found: Mapping[str, Any]) -> Quantity:
     return Quantity(spoken(effect), name, _number(value, factor), between, unit, ends)
 
 
+def parameter(effect: str, key: str, value: Any) -> str:
+    """A parameter in words, without an interval."""
+    told = _quantity(effect, key, {"value": value, "ci95": None})
+    return f"{told.name} = {told.value} {told.unit}".rstrip()
+
+
 def _scale(value: object, unit: str) -> tuple[float, str]:
     """Short times in ms or us: the factor to the value and the unit."""
     if unit == "s" and isinstance(value, int | float) and 0 < abs(value) < 1:
