@@ -67,6 +67,24 @@ def test_demo_prints_what_the_readme_says(tmp_path: Path) -> None:
     assert shown.shape == drawn.shape and np.abs(shown - drawn).mean() < 0.01
 
 
+def test_the_diagnosis_prints_what_the_readme_says(tmp_path: Path) -> None:
+    command = block("sh", "demo_diagnosis.sh").split()
+    done = subprocess.run(
+        [command[0], tmp_path, command[2]], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    number = re.compile(r"\d+(?:\.\d+)?")
+    printed, *parts = (
+        " ".join(text.split())
+        for text in (done.stdout, *block("text", "== Unsealed").split("...\n"))
+    )
+    for part in filter(None, parts):
+        shape = number.sub(lambda _: r"(\d+(?:\.\d+)?)", re.escape(part).replace(r"\.", "."))
+        found = re.search(shape, printed)
+        assert found, f"copy what {' '.join(command)} prints into the README: {part}"
+        said = [float(v) for v in number.findall(part)]
+        np.testing.assert_allclose([float(v) for v in found.groups()], said, rtol=0.02)
+
+
 def test_what_the_readme_names_exists() -> None:
     for target in re.findall(r"\]\(([\w./]+)\)", README):
         assert (ROOT / target).exists(), target
