@@ -121,6 +121,8 @@ def test_a_share_is_written_without_an_exponent_and_with_its_sign() -> None:
     share = f"{100 * 0.1 / STROKE:.2g} % of the stroke)"
     assert f"rms 0.1 um ({share}, largest 0.1 um ({share} at" in said
     assert said.endswith(f"mean -0.1 um (-{share}")
+    far = summary(predict(MODEL, record_of(u, y + 31234.0), "float64"))[1]
+    assert "mean 31200 um (" in far and "e+" not in far
 
 
 def madelung(*args: object) -> tuple[int, str, str]:

@@ -207,7 +207,8 @@ def summary(found: Prediction) -> list[str]:
     worst = int(np.argmax(np.abs(error)))
 
     def size(value: float) -> str:
-        return f"{value:.3g} {found.unit} ({percent(value, stroke)})"
+        plain = f"{float(f'{value:.3g}'):.7g}"  # three digits, 30000 rather than 3e+04
+        return f"{plain} {found.unit} ({percent(value, stroke)})"
 
     lines = [
         f"rows predicted: {record.t_s.size}; compared: {rows.size}, "
