@@ -133,10 +133,11 @@ def test_a_holdout_that_shows_no_gap_is_said_to_be_none_of_the_cause() -> None:
     assert "excite" not in sentence_of_shrink(d)
 
 
-def test_the_terminal_says_where_the_sizes_stand_that_could_not_be_seen() -> None:
-    text = " ".join(text_of(changed("no_gap") | {"where": [], "ranking": []}, 300).split())
-    assert 'in the report under "What this campaign could not have seen"' in text
-    assert "could not have seen" not in text_of(diagnosis(), 300)
+def test_a_parameter_that_was_given_has_no_interval() -> None:
+    d = diagnosis()
+    key, entry = next(iter(d["ranking"][0]["parameters"].items()))
+    entry["ci95"] = [entry["value"], entry["value"]]
+    assert " (given)" in text_of(d, 300), key
 
 
 def test_how_far_in_a_sentence() -> None:

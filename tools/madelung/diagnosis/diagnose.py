@@ -443,4 +443,7 @@ def _warnings(case: Case, noise: Noise, verdict: Verdict, outsider: Outsider | N
 def _unseen(verdict: Verdict) -> list[str]:
     if verdict.status != "no_gap":
         return []
-    return ["effects below the sizes under `detectable` could not have been seen"]
+    return [
+        "effects below the sizes in diagnosis.json under `detectable` (in the report: What this "
+        "campaign could not have seen) could not have been seen"
+    ]

@@ -67,10 +67,8 @@ FLOOR_TIMES = 1.05
 NAME_MAX = 120
 TEXT_MAX = 2000
 """Characters of a name and of a text from outside that the page shows."""
-WHERE_UNSEEN = (
-    "From which size on each effect could have been seen: in the report under "
-    '"What this campaign could not have seen", in diagnosis.json under "detectable".'
-)
+GIVEN = "given"
+"""In an interval's place."""
 CAPTIONS = {
     "gap": "What was measured and predicted, and what each prediction misses, in time.",
     "loops": "The same as loops over the command.",
@@ -203,7 +201,8 @@ class Quantity:
     @property
     def said(self) -> str:
         """On a line."""
-        return " ".join(f"{self.name} = {self.value} {self.unit} (95 %: {self.ci95})".split())
+        sure = "given" if self.ci95 == GIVEN else f"95 %: {self.ci95}"
+        return " ".join(f"{self.name} = {self.value} {self.unit} ({sure})".split())
 
 
 def split_unit(key: str) -> tuple[str, str]:
@@ -252,6 +251,8 @@ def _quantity(effect: str, key: str, found: Mapping[str, Any]) -> Quantity:
     value, ci95 = found["value"], found["ci95"]
     factor, unit = _scale(value, unit)
     between = f"{_number(ci95[0], factor)} to {_number(ci95[1], factor)}" if ci95 else "-"
+    if ci95 and ci95[0] == ci95[1]:  # nothing was fitted
+        between = GIVEN
     ends = (float(ci95[0]), float(value), float(ci95[1])) if ci95 else None
     return Quantity(spoken(effect), name, _number(value, factor), between, unit, ends)
 
@@ -391,8 +392,6 @@ def terminal(diagnosis: Diagnosis) -> _Lines:
         said.append(_Paragraph(f"Could be seen from: {sentence_of_unseen(diagnosis)}"))
     elif state(diagnosis) not in UNTESTED:
         said.append(_Paragraph(f"How far: {sentence_of_shrink(diagnosis)}"))
-    if state(diagnosis) == "no_gap" and diagnosis.get("detectable"):
-        said.append(_Paragraph(WHERE_UNSEEN, "dim"))
     said += _sizes(diagnosis)
     following = sentence_of_next(diagnosis)
     if following:  # Before what to do about causes of which only some act.
