@@ -390,6 +390,17 @@ def test_fit_of_the_sensors_effects_against_formulas() -> None:
     assert size == pytest.approx(0.04, rel=0.02)
 
 
+@pytest.mark.parametrize(("share1", "first"), [(0.6, 310.0), (-0.01, 500.0)])
+def test_the_lowest_mode_that_carries_something_is_told_first(share1: float, first: float) -> None:
+    form = called("two modes")
+    values = dict(zip(form.keys, (310.0, 0.01, share1, 500.0, 0.02, 0.4), strict=True))
+    fit = PLAIN.fit((form,), values, BETA, 0)
+    told = reported("resonance", fit, PLAIN)
+    assert list(told) == ["fn_hz", "zeta", "share1", "fn2_hz", "zeta2", "share2"]
+    assert told["fn_hz"]["value"] == first
+    assert {told["zeta"]["value"], told["zeta2"]["value"]} == {0.01, 0.02}
+
+
 @pytest.mark.parametrize(("unsteady", "least"), [(0.0, 1.0), (0.01, 5.0)])
 def test_an_interval_covers_the_truth_where_what_is_left_is_no_white_noise(
     unsteady: float, least: float

@@ -15,7 +15,8 @@ Array = NDArray[np.float64]
 Z95 = 1.96
 BLOCKS = 8
 """Of each record, that are taken as independent."""
-_RENAMED = {"fn1_hz": "fn_hz", "zeta1": "zeta"}
+MINOR_MODE = 0.1
+"""Of the largest mode's share of the displacement, below which a mode comes last."""
 
 
 def reported(effect: str, full: Fit, problem: Problem) -> dict[str, dict[str, Any]]:
@@ -40,7 +41,9 @@ def reported(effect: str, full: Fit, problem: Problem) -> dict[str, dict[str, An
         return _gain(full, interval, form)
     if effect == "periodic_disturbance":
         return _lines(form, full, interval)
-    return {_RENAMED.get(p.key, p.key): interval(p) for p in form.params}
+    if effect == "resonance":
+        return _modes(form, full, interval)
+    return {p.key: interval(p) for p in form.params}
 
 
 def _errors(full: Fit, problem: Problem) -> Array:
@@ -97,6 +100,25 @@ def _gain(
     shift = (gain["value"] - 1.0) * float(fit.beta[0])
     moved = [v + shift for v in offset["ci95"]]
     return {"gain": gain, "offset_um": _entry(offset["value"] + shift, *moved)}
+
+
+def _modes(
+    form: Form, fit: Fit, interval: Callable[[Param], dict[str, Any]]
+) -> dict[str, dict[str, Any]]:
+    """fn, zeta and share of every mode, the lowest first of those that carry something."""
+    by_key = {p.key: p for p in form.params}
+    found = [i for i in "12" if f"fn{i}_hz" in by_key]
+    shares = {i: abs(fit.values.get(f"share{i}", 1.0)) for i in found}
+    least = MINOR_MODE * max(shares.values())
+    found.sort(key=lambda i: (shares[i] < least, fit.values[f"fn{i}_hz"]))
+    out: dict[str, dict[str, Any]] = {}
+    for place, i in enumerate(found, 1):
+        tail = "" if place == 1 else str(place)
+        out |= {f"fn{tail}_hz": interval(by_key[f"fn{i}_hz"])}
+        out |= {f"zeta{tail}": interval(by_key[f"zeta{i}"])}
+        if f"share{i}" in by_key:
+            out |= {f"share{place}": interval(by_key[f"share{i}"])}
+    return out
 
 
 def _lines(
