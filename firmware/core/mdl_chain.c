@@ -375,30 +375,46 @@ static mdl_lag_params loaded(const mdl_chain *chain, mdl_real v)
 }
 
 /*
+ * (1 + x) ln(1 + x) / x - 1 for x in [-1, 0]. A series near 0, where the logarithm of what is near
+ * 1 has no digits left.
+ */
+static mdl_real past(mdl_real x)
+{
+    mdl_real rest = MDL_C(1.0) + x;
+    if (x > MDL_C(-0.03)) {
+        mdl_real tail = MDL_C(0.05) - x / MDL_C(30.0);
+        tail = MDL_C(1.0) / MDL_C(6.0) - x * (MDL_C(1.0) / MDL_C(12.0) - x * tail);
+        return x * (MDL_C(0.5) - x * tail);
+    }
+    return rest > MDL_C(0.0) ? rest * MDL_LN_2 * mdl_log2(rest) / x - MDL_C(1.0) : MDL_C(-1.0);
+}
+
+/*
  * Where the lag's output meets the command, which moves evenly from one voltage to another, it
  * turns: a turning point between the samples, which the trajectory is led to. With e = output -
- * command and a = exp(-h / tau) this is tau ln((e[1] - e[0]) / (e[1] - a e[0])) into the step.
+ * command and a = exp(-h / tau) this is tau ln((e[1] - e[0]) / (e[1] - a e[0])) into the step, and
+ * e[0] past(x) beyond the output before it, x = (1 - a) e[0] / (e[1] - e[0]).
  */
-static void lead_to_turn(mdl_chain *chain, const mdl_lag_params *lag, mdl_real e, mdl_real from,
-                         mdl_real to)
+static mdl_status lead_to_turn(mdl_chain *chain, const mdl_lag_params *lag, mdl_real e,
+                               mdl_real from, mdl_real to)
 {
     mdl_real now = chain->at.lag.e;
-    if (e * now < MDL_C(0.0) && lag->decay > MDL_C(0.0) &&
+    if (e * now < MDL_C(0.0) &&
         !acts(chain, MDL_BLOCK_RATE | MDL_BLOCK_YANG)) { /* these step in time, by substeps */
-        mdl_real bits = mdl_log2((now - e) / (now - e + lag->decay * e));
-        mdl_real t = mdl_limited(MDL_LN_2 * bits * lag->ramp / lag->decay, MDL_C(0.0), MDL_C(1.0));
-        mdl_real v = from + t * (to - from);
+        mdl_real v = from + e + e * past(lag->decay * e / (now - e));
         if ((v - from - e) * (v - to - now) > MDL_C(0.0)) { /* beyond both ends of the step */
             mdl_real y;
-            (void)lead(chain, v - chain->params->u_min_volts, &y);
+            return lead(chain, v - chain->params->u_min_volts, &y);
         }
     }
+    return MDL_OK;
 }
 
 /* Input box: saturation, slew limit, amplifier lag. */
-static mdl_real drive(mdl_chain *chain, mdl_real u)
+static mdl_status drive(mdl_chain *chain, mdl_real u, mdl_real *driven_volts)
 {
     const mdl_chain_params *p = chain->params;
+    mdl_status status = MDL_OK;
     mdl_real v = saturated(chain, u);
     mdl_real before = chain->at.slewed_volts;
     mdl_real e = chain->at.lag.e;
@@ -416,10 +432,11 @@ static mdl_real drive(mdl_chain *chain, mdl_real u)
             lag = loaded(chain, MDL_C(0.5) * (chain->at.drive_volts + then));
         }
         (void)mdl_lag_step(&chain->at.lag, &lag, v - before);
-        lead_to_turn(chain, &lag, e, before, v);
+        status = lead_to_turn(chain, &lag, e, before, v);
         v += chain->at.lag.e;
     }
-    return v;
+    *driven_volts = v;
+    return status;
 }
 
 /*
@@ -514,9 +531,11 @@ static void mechanics(mdl_chain *chain, mdl_real y)
 static mdl_status substep(mdl_chain *chain, mdl_real u)
 {
     mdl_real y = MDL_C(0.0);
-    mdl_status status = hysteresis(chain, drive(chain, u), &y);
+    mdl_real v;
+    int status = drive(chain, u, &v);
+    status |= hysteresis(chain, v, &y);
     mechanics(chain, acts(chain, MDL_BLOCK_CREEP) ? creep(chain, y) : y);
-    return status;
+    return (mdl_status)status;
 }
 
 /* Sensor: what the measured displacement is now. */

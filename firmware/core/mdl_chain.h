@@ -67,11 +67,11 @@ typedef struct {
     uint16_t rest_free; /**< 1: what rests has been at u_max and u_min themselves, as if nothing had
                          * clipped; all that follows, a history too, is clipped */
     mdl_slew_params slew; /**< per substep */
-    mdl_lag_params lag;
-    mdl_real load_lean; /**< share by which the lag's time constant is larger at u_max than in the
-                         * middle, and smaller at u_min, as of a load whose capacitance grows with
-                         * the voltage; -0.5 to 0.5, 0: none. Between, the lag is a parabola in w,
-                         * the rise of 1 / (time constant) as a share: off by 0.01 of 1 at 0.4 */
+    mdl_lag_params lag;   /**< the trajectory is led to its turns between samples, too */
+    mdl_real load_lean;   /**< share by which the lag's time constant is larger at u_max than in the
+                           * middle, and smaller at u_min, as of a load whose capacitance grows with
+                           * the voltage; -0.5 to 0.5, 0: none. Between, the lag is a parabola in w,
+                           * the rise of 1 / (time constant) as a share: off by 0.01 of 1 at 0.4 */
     mdl_lag_params load_slope; /**< its terms of w, -4 to 4 */
     mdl_lag_params load_bend;  /**< and of w^2, -4 to 4 */
     mdl_envelope_params envelope;

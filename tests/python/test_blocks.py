@@ -308,6 +308,14 @@ def test_a_lag_turns_between_samples(per_step: float) -> None:
         assert np.abs(error).max() < 0.01 * np.abs(run(lagged, u) - run(path, u)).max()
 
 
+@pytest.mark.parametrize("corner_hz", [0.02, 0.1, 1.0])
+def test_of_a_slow_lag_a_turn_between_samples_is_as_good_in_float(corner_hz: float) -> None:
+    u = np.random.default_rng(5).uniform(0.0, 100.0, 3000)
+    path = PATH.but(corner_hz=corner_hz)
+    runs = [Runner(0.0, RANGE_V, p).run(path, u, 1e-4) for p in ("float32", "float64")]
+    assert np.abs(np.subtract(*runs)).max() < 1e-4
+
+
 def test_slew_limit_turns_a_step_into_a_ramp() -> None:
     u = np.repeat([0.0, 60.0, 20.0], [3, 300, 300])
     t = np.arange(u.size) * STEP_S
