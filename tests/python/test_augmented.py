@@ -196,6 +196,7 @@ def block(effect: str, **parameters: object) -> dict[str, Any]:
         ([block("saturation", high_V=9, knee_V=1, knee_power=0.5)], "with a knee_power, 1 to 32"),
         ([block("saturation", high_V=9, knee_power=2)], "knee_V must be above 0"),
         ([block("saturation", high_V=9, low_V=1, knee_V=5, knee_power=2)], "at most 4$"),
+        ([block("saturation", high_V=9, knee_V=1, parabolic=0.5)], "0.5 must be a whole number"),
         ([block("saturation", high_V=9, parabolic=1)], "with parabolic knee_V must be above 0"),
         ([block("saturation", high_V=9, low_V=1, knee_V=5, parabolic=1)], "at most 4$"),
         ([block("saturation", knee_V=1, knee_power=2, parabolic=1)], "has no knee_power"),

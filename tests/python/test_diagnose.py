@@ -844,6 +844,8 @@ def test_a_misspelt_key_of_case_json_is_named(quiet: Path, tmp_path: Path) -> No
         {"known": {"fn_hz": True}},
         {"known": {"freq_hz": 50.0}},
         {"known": {"low_V": 30.0, "high_V": 20.0}},
+        {"known": {"knee_V": 0.0}},
+        {"known": {"high_V": 20.0, "knee_V": 1e-9}},
         {"known": [0.1]},
         {"running": ["nobody"]},
     ],

@@ -133,11 +133,11 @@ def test_a_holdout_that_shows_no_gap_is_said_to_be_none_of_the_cause() -> None:
     assert "excite" not in sentence_of_shrink(d)
 
 
-def test_a_parameter_that_was_given_has_no_interval() -> None:
+def test_a_parameter_that_the_case_fixes_has_no_interval() -> None:
     d = diagnosis()
     key, entry = next(iter(d["ranking"][0]["parameters"].items()))
-    entry["ci95"] = [entry["value"], entry["value"]]
-    assert " (given)" in text_of(d, 300), key
+    entry |= {"ci95": [entry["value"]] * 2, "fixed": True}
+    assert " (fixed)" in text_of(d, 300), key
 
 
 def test_how_far_in_a_sentence() -> None:

@@ -39,6 +39,7 @@ class _Range:
     low: float
     high: float
     default: float | None = None
+    whole: bool = False
 
 
 def _terms(rows: Sequence[int]) -> dict[str, _Range]:
@@ -54,8 +55,8 @@ _FLAT = {
         "low_V": _Range(*_ANY, -UNLIMITED_V),
         "knee_V": _Range(0.0, 1e6, 0.0),
         "knee_power": _Range(0.0, 32.0, 0.0),
-        "parabolic": _Range(0, 1, 0),
-        "rest_free": _Range(0, 1, 0),
+        "parabolic": _Range(0, 1, 0, whole=True),
+        "rest_free": _Range(0, 1, 0, whole=True),
     },
     "slew_limit": {
         "slew_V_per_s": _Range(*_POSITIVE),
@@ -85,7 +86,7 @@ _FLAT = {
         "v_ref_V_per_s": _Range(*_POSITIVE),
         "v_knee": _Range(0.0, 1e6, 0.0),
         "velocity_tau_s": _Range(0.0, 1e3, 0.0),
-        "of_speed": _Range(0, 1, 0),
+        "of_speed": _Range(0, 1, 0, whole=True),
         "relax_s": _Range(0.0, 1e6, 0.0),
         "relax_per_V_s": _Range(0.0, 1e12, 0.0),
         "smooth": _Range(0.0, 1.0, 0.0),
@@ -198,10 +199,14 @@ def _values(name: str, given: dict[str, Any], ranges: dict[str, _Range]) -> dict
     for key in given:
         if key not in ranges:
             raise InputError(f"{name} has no parameter {key!r:.40}")
-    return {
+    values = {
         key: number(given.get(key, r.default), f"{name}: {key}", r.low, r.high)
         for key, r in ranges.items()
     }
+    for key, value in values.items():
+        if ranges[key].whole and value != int(value):
+            raise InputError(f"{name}: {key} = {value:g} must be a whole number")
+    return values
 
 
 def number(value: object, key: str, low: float = -math.inf, high: float = math.inf) -> float:

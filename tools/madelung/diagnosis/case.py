@@ -28,6 +28,8 @@ ROWS_MIN = 100
 """Fewer tell nothing. The contract's 1e3 are what a record should have."""
 KEYS = "device u_min_V u_max_V y_unit adc_bits dac_bits running known exclude".split()
 """Of case.json."""
+KNEE_MIN = 1e-4
+"""Of the range, that a knee may be wide; or 0."""
 BITS_MAX = 32
 """Of a converter; 0 where there is none."""
 GAIN_TIMES_MAX = 100.0
@@ -311,6 +313,14 @@ def _known(path: Path, data: dict[str, Any]) -> dict[str, float]:
             )
     if "low_V" in known and "high_V" in known and not known["low_V"] < known["high_V"]:
         raise InputError(f"{path}: known: low_V must be below high_V")
+    knee_V, least = (
+        known.get("knee_V"),
+        KNEE_MIN * (float(data["u_max_V"]) - float(data["u_min_V"])),
+    )
+    if knee_V == 0.0 and not {"low_V", "high_V"} & set(known):
+        raise InputError(f"{path}: known: a knee_V of 0 needs low_V or high_V")
+    if knee_V and knee_V < least:
+        raise InputError(f"{path}: known: knee_V must be 0 or at least {least:g}, found {knee_V:g}")
     return {k: float(v) for k, v in known.items()}
 
 

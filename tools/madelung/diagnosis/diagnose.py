@@ -110,9 +110,12 @@ def diagnose(case: Case, options: Options, progress: Progress = lambda _: None) 
     engine, search, outsider = _search(problem, heads, case, baseline, options, progress, good)
     rough = Engine(heads, engine.forms, 1, progress)
     verdict = judge(engine, search, train_excess(problem, baseline), outsider)
+    beside = {*verdict.effects, *verdict.candidates}
     if verdict.status == "unknown":
-        search = engine.weighty(search)
-        verdict = judge(engine, search, train_excess(problem, baseline), outsider)
+        weighty = engine.weighty(search)
+        again = judge(engine, weighty, train_excess(problem, baseline), outsider)
+        if again.status == "unknown":  # fewer effects are judged less strictly
+            search, verdict = weighty, again
     if good:
         verdict = Verdict("no_gap", [], [], 1.0, 0.0, [])
     elif options.check:
@@ -151,7 +154,7 @@ def diagnose(case: Case, options: Options, progress: Progress = lambda _: None) 
             *case.warnings,
             *_left_out(options.model),
             *([] if options.check or good else contradicted(case, rough, search.best)),
-            *_warnings(case, noise, verdict, outsider),
+            *_warnings(case, noise, beside, outsider),
             *([] if options.check or good else _unseen(verdict)),
         ],
         "noise": {
@@ -399,9 +402,8 @@ def _predictions(problem: Problem, case: Case, baseline: Fit, best: Fit) -> list
     return predict(everything, baseline, best)
 
 
-def _told(outsider: Outsider, verdict: Verdict) -> str:
-    proven = {*verdict.effects, *verdict.candidates}
-    others = [f for f in outsider.fit.forms if f.effect not in proven]
+def _told(outsider: Outsider, beside: set[str]) -> str:
+    others = [f for f in outsider.fit.forms if f.effect not in beside]
     return ", ".join(f.name if f.effect == OUTSIDE else f.effect for f in others)
 
 
@@ -425,7 +427,7 @@ def _beyond(case: Case, trace: Trace) -> str | None:
     )
 
 
-def _warnings(case: Case, noise: Noise, verdict: Verdict, outsider: Outsider | None) -> list[str]:
+def _warnings(case: Case, noise: Noise, beside: set[str], outsider: Outsider | None) -> list[str]:
     said = []
     monitor = monitor_fault(case)
     if monitor is not None:
@@ -435,7 +437,7 @@ def _warnings(case: Case, noise: Noise, verdict: Verdict, outsider: Outsider | N
     said += filter(None, (_beyond(case, t) for t in (*case.train, *case.holdout)))
     if outsider is not None:
         said.append(
-            f"not named, but the records are explained better by it: {_told(outsider, verdict)}"
+            f"not named, but the records are explained better by it: {_told(outsider, beside)}"
         )
     return said
 

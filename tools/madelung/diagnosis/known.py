@@ -15,7 +15,7 @@ from madelung.diagnosis.fit import Fit, Problem
 from madelung.diagnosis.noise import Noise
 from madelung.diagnosis.parameters import reported
 from madelung.diagnosis.vocabulary import EFFECTS
-from madelung.diagnosis.which import GAIN_MIN, RIVAL_GAIN, Engine
+from madelung.diagnosis.which import GAIN_MIN, RIVAL_GAIN, Engine, unlikeliness
 
 MONITORED = ("saturation", "slew_limit", "amplifier_lag")
 """Effects that show between the command and the amplifier's monitor, and nowhere else."""
@@ -47,7 +47,13 @@ def known_forms(case: Case, problem: Problem, start: Fit) -> tuple[list[Form], d
         if len(own) > 1:
             others = [f for f in chosen.values() if f.effect != effect]
             fits = [problem.fit((*others, law), values, start.beta) for law in own]
-            chosen[effect] = min(zip(fits, own, strict=True), key=lambda pair: pair[0].cost)[1]
+            prices = [fit.cost + unlikeliness(fit) for fit in fits]
+            chosen[effect] = own[int(np.argmin(prices))]
+    if "offset_um" in given:  # with these effects y(u_min) may be another
+        fit = problem.fit(tuple(chosen.values()), values, start.beta)
+        given = _given(case, float(fit.beta[0]))
+        chosen["gain_offset"] = _laws(given, problem.scales)["gain_offset"][0]
+        values["offset_um"] = given["offset_um"]
     return list(chosen.values()), values
 
 

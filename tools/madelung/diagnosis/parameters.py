@@ -22,7 +22,8 @@ MINOR_MODE = 0.1
 def reported(effect: str, full: Fit, problem: Problem) -> dict[str, dict[str, Any]]:
     """``{key: {"value": x, "ci95": [lo, hi]}}`` of one effect of a fit with its covariance.
 
-    Where an interval of a logarithmic parameter is given it is not symmetric.
+    Where an interval of a logarithmic parameter is given it is not symmetric. A parameter that the
+    case fixes is marked: ``"fixed": True``.
     """
     form = next(f for f in full.forms if f.effect == effect)
     spread = Z95 * _errors(full, problem)
@@ -33,7 +34,8 @@ def reported(effect: str, full: Fit, problem: Problem) -> dict[str, dict[str, An
         value, s = full.values[p.key], float(by_key.get(p.key, 0.0))
         s = min(s, 50.0) if p.log else s  # beyond, the bounds decide
         low, high = (value * np.exp(-s), value * np.exp(s)) if p.log else (value - s, value + s)
-        return _entry(value, max(float(low), p.low), min(float(high), p.high))
+        entry = _entry(value, max(float(low), p.low), min(float(high), p.high))
+        return entry | {"fixed": True} if p.low == p.high else entry
 
     if effect == "creep":
         return _creep(form, full, by_key)
@@ -99,7 +101,7 @@ def _gain(
     gain, offset = (interval(p) for p in form.params)
     shift = (gain["value"] - 1.0) * float(fit.beta[0])
     moved = [v + shift for v in offset["ci95"]]
-    return {"gain": gain, "offset_um": _entry(offset["value"] + shift, *moved)}
+    return {"gain": gain, "offset_um": offset | _entry(offset["value"] + shift, *moved)}
 
 
 def _modes(
@@ -136,7 +138,11 @@ def _lines(
             if k.startswith(f"cos{i}:")
         ]
         amp = float(np.sqrt(np.mean(np.square(amps))))
+        fitted = [
+            np.ptp(interval(q)["ci95"]) / 2 for q in form.params if q.key.startswith(f"cos{i}:")
+        ]
         error = Z95 * float(np.std(amps)) / np.sqrt(max(len(amps), 1))
+        error = max(error, float(np.sqrt(np.mean(np.square(fitted)) / len(fitted))))
         found.append((amp, interval(p), _entry(amp, max(amp - error, 0.0), amp + error)))
     found.sort(key=lambda f: -f[0])
     out: dict[str, dict[str, Any]] = {}

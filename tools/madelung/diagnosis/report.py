@@ -67,7 +67,7 @@ FLOOR_TIMES = 1.05
 NAME_MAX = 120
 TEXT_MAX = 2000
 """Characters of a name and of a text from outside that the page shows."""
-GIVEN = "given"
+FIXED = "fixed"
 """In an interval's place."""
 CAPTIONS = {
     "gap": "What was measured and predicted, and what each prediction misses, in time.",
@@ -201,7 +201,7 @@ class Quantity:
     @property
     def said(self) -> str:
         """On a line."""
-        sure = "given" if self.ci95 == GIVEN else f"95 %: {self.ci95}"
+        sure = self.ci95 if self.ci95 == FIXED else f"95 %: {self.ci95}"
         return " ".join(f"{self.name} = {self.value} {self.unit} ({sure})".split())
 
 
@@ -251,8 +251,8 @@ def _quantity(effect: str, key: str, found: Mapping[str, Any]) -> Quantity:
     value, ci95 = found["value"], found["ci95"]
     factor, unit = _scale(value, unit)
     between = f"{_number(ci95[0], factor)} to {_number(ci95[1], factor)}" if ci95 else "-"
-    if ci95 and ci95[0] == ci95[1]:  # nothing was fitted
-        between = GIVEN
+    if found.get("fixed"):  # by the case
+        between = FIXED
     ends = (float(ci95[0]), float(value), float(ci95[1])) if ci95 else None
     return Quantity(spoken(effect), name, _number(value, factor), between, unit, ends)
 

@@ -111,6 +111,7 @@ BENT = frozenset({"asymmetry", "non_masing"})
 """Loops that are not symmetric bend minor loops too: one effect, not two (diagnose.md)."""
 MORE_RATIO = 1.3
 MUCH_MORE_RATIO = 10.0
+"""Of what fewer rows showed, above which another search is worth it; after a hopeless one."""
 WEIGHTY_SHARE = 0.2
 """Of what stays unexplained, that an effect must explain to be named beside it."""
 DAMPING_SHARE = 0.95
@@ -159,10 +160,13 @@ class Outsider:
         The hypothesis, fitted to the rows that were searched.
     gain
         Over the accepted one.
+    instead
+        The effects in whose place it stands.
     """
 
     fit: Fit
     gain: float
+    instead: frozenset[str] = frozenset()
 
 
 class Engine:
@@ -663,14 +667,14 @@ class Engine:
         if not better:
             return None
         nearest = min(better, key=self.score)
-        return Outsider(nearest, self.gain(best, nearest))
+        return Outsider(nearest, self.gain(best, nearest), best.effects - nearest.effects)
 
     def proven(self, search: Search, outsider: Outsider) -> Search:
         """The search's result without the effects in whose place something outside explains more.
 
         ``outsider`` may come from a part of this problem's rows.
         """
-        kept = search.null.effects | (search.best.effects & outsider.fit.effects)
+        kept = search.null.effects | (search.best.effects - outsider.instead)
         rest = tuple(f for f in search.best.forms if f.effect in kept)
         start = self.fits.get(kept, replace(search.best, forms=rest))
         return replace(search, best=self._keep(self.again(start)))
