@@ -686,6 +686,29 @@ void test_a_lag_turns_between_two_samples(void)
     TEST_ASSERT_DOUBLE_WITHIN(64.0 * MDL_TEST_EPSILON + 1e-6, 0.0, (double)y);
 }
 
+/* The same far from the end of the lag: a third of the step is gone when they meet. */
+void test_a_slow_lag_turns_between_two_samples(void)
+{
+    const double a = 0.984375; /* exp(-h / tau) */
+    double ramp = (a - 1.0) / log(a);
+    double e = -2.0 * ramp;
+    double now = a * e + 6.0 * ramp;
+    double x = (1.0 - a) * e / (now - e);
+    double turn = 6.0 + e * (1.0 + x) * log1p(x) / x; /* above u_min */
+    double end = now;
+    mdl_real y;
+    use(square, 2, MDL_BLOCK_LAG);
+    params.lag.decay = MDL_C(0.015625);
+    params.lag.ramp = (mdl_real)ramp;
+    start();
+    STEP(2.0, 16.0, MDL_OK);
+    ASSERT_STATUS(MDL_OK, mdl_chain_step(&chain, MDL_C(4.0), &y));
+    ASSERT_STATUS(MDL_OK, mdl_chain_step(&chain, MDL_C(-2.0), &y));
+    TEST_ASSERT_DOUBLE_WITHIN(256.0 * MDL_TEST_EPSILON, turn * turn - (turn - end) * (turn - end),
+                              (double)y);
+    TEST_ASSERT_TRUE(turn > end && turn > 6.0 + e);
+}
+
 void test_a_pole_behind_the_hysteresis_does_not_hold_its_turns_back(void)
 {
     use(square, 2, MDL_BLOCK_BEHIND);
