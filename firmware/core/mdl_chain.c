@@ -255,7 +255,9 @@ static mdl_status lead(mdl_chain *chain, mdl_real x, mdl_real *y)
     mdl_real follows_um = MDL_C(0.0);
     mdl_real w = enveloped(chain, x, &follows_um);
     mdl_status status = mdl_traj_step(&chain->traj, w, y);
-    (void)mdl_plays_step(&chain->at.plays, &chain->plays, w, MDL_C(0.0));
+    if (acts(chain, MDL_BLOCK_RATE)) { /* else nobody reads them */
+        (void)mdl_plays_step(&chain->at.plays, &chain->plays, w, MDL_C(0.0));
+    }
     *y += follows_um + bouc(chain, x);
     return status;
 }
