@@ -8,8 +8,8 @@ import pytest
 from report_cases import changed, untested
 from typer.testing import CliRunner
 
+from madelung.blind.unsealed import compared
 from madelung.cli import app
-from madelung.diagnosis.unsealed import compared
 from madelung.errors import InputError
 from madelung.sealing import seal
 

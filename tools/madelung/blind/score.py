@@ -144,8 +144,8 @@ def _row(name: str, label: Mapping[str, Any], answer: Mapping[str, Any]) -> Row:
         "waveforms": _waveforms(label),
         "rivals": answer.get("rivals", {}),
     }
-    row["right"] = _is_right(row)
-    row["held"] = _is_held(row)
+    row["right"] = is_right(row)
+    row["held"] = is_held(row)
     row["wrong_cause"] = status == "identified" and not set(named) <= set(effects)
     row["probability"] = _probability(row)
     row["gap_over_noise"] = _gap_over_noise(label, found)
@@ -166,7 +166,7 @@ def _waveforms(label: Mapping[str, Any]) -> list[str]:
     return sorted({r["waveform"] for name, r in records.items() if name.startswith("train/")})
 
 
-def _is_right(row: Row) -> bool:
+def is_right(row: Row) -> bool:
     """The verdict is the one that a perfect diagnosis would give."""
     if row["outside"]:
         return bool(row["status"] == "unknown")
@@ -175,10 +175,10 @@ def _is_right(row: Row) -> bool:
     return bool(row["status"] == "identified" and row["named"] == row["effects"])
 
 
-def _is_held(row: Row) -> bool:
+def is_held(row: Row) -> bool:
     """The verdict is not false: right, or ambiguous with the truth among what it leaves open."""
     if row["status"] != "ambiguous":
-        return bool(row["right"])
+        return is_right(row)
     named, open_, truth = set(row["named"]), set(row["candidates"]), set(row["effects"])
     return named <= truth <= named | open_ and bool(truth & open_) and not row["outside"]
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from madelung.blind.score import Row, is_held, is_right
 from madelung.diagnosis.report import Diagnosis, listed, parameter, spoken, state
 from madelung.diagnosis.vocabulary import EFFECTS
 from madelung.errors import InputError
@@ -39,7 +40,8 @@ def compared(labels: Mapping[str, Any], diagnosis: Diagnosis | None = None) -> s
         status, verdict = state(diagnosis), diagnosis["verdict"]
         found, candidates = list(verdict["effects"]), list(verdict["candidates"])
         answer = _answer(status, found, candidates)
-        right = _judged(status, set(found), set(candidates), set(labels["effects"]), bool(outside))
+        told = {"status": verdict["status"], "named": sorted(found), "candidates": candidates}
+        right = _judged(status, told | {"effects": sorted(labels["effects"]), "outside": outside})
     except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
         raise InputError("diagnosis.json is not a whole diagnosis: run it again") from error
     return f"{said}; diagnosed: {answer}: {right}"
@@ -60,21 +62,10 @@ def _answer(status: str, found: list[str], candidates: list[str]) -> str:
     return {"no_gap": "no gap", "unknown": "unknown cause"}.get(status, "nothing was fitted")
 
 
-def _judged(
-    status: str, found: set[str], candidates: set[str], effects: set[str], outside: bool
-) -> str:
-    """Right, wrong, or between: what `madelung blind` counts as right or as not false."""
-    if outside:
-        right = status == "unknown"
-    elif not effects:
-        right = status in ("no_gap", "good_enough")
-    else:
-        right = status == "identified" and found == effects
-    if right:
-        return "right"
+def _judged(status: str, row: Row) -> str:
+    """Right, wrong, or between, as `madelung blind` counts."""
     if status == "checked":
         return "no verdict"
-    among = found <= effects <= found | candidates and effects & candidates
-    if status == "ambiguous" and not outside and among:
-        return "undecided, the truth is among them"
-    return "wrong"
+    if is_right(row):
+        return "right"
+    return "undecided, the truth is among them" if is_held(row) else "wrong"

@@ -287,7 +287,7 @@ def unseal(
     if output is None and diagnosis is None:
         typer.echo(text)
         return
-    from madelung.diagnosis.unsealed import compared
+    from madelung.blind.unsealed import compared
 
     read = [sealed, *([] if diagnosis is None else [diagnosis / "diagnosis.json"])]
     keep_inputs(read, output)
