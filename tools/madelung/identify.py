@@ -44,7 +44,8 @@ PAIR_SHARE = 0.01
 FOLDS_MAX = 40
 """Half-loops are spread over at most so many folds of the cross-validation."""
 UNIT_TIMES = 100.0
-"""A displacement that moves so many times as far as a model says, or less, is in another unit."""
+"""A displacement that moves so many times as far as it should, or as little, is in another unit:
+units are 1000 apart; a resonance, or a lag, comes to less."""
 BINS = 40
 """Of x, in which the two branches are averaged and compared."""
 

@@ -16,7 +16,7 @@ from madelung.diagnosis.vocabulary import EFFECTS, LIMITS
 from madelung.errors import InputError
 from madelung.files import read_json
 from madelung.formats import READERS
-from madelung.identify import check_reach
+from madelung.identify import UNIT_TIMES, check_reach
 from madelung.model import MARGIN_SHARE
 from madelung.records import Record, read_record, warm_up_rows
 
@@ -32,9 +32,6 @@ KNEE_MIN = 1e-4
 """Of the range, that a knee may be wide; or 0."""
 BITS_MAX = 32
 """Of a converter; 0 where there is none."""
-GAIN_TIMES_MAX = 100.0
-"""y that moves so many times as far per volt as in identify.csv, or as little, is in another unit:
-units are 1000 apart; a resonance, or a lag, comes to less."""
 AWAY_STROKES = 10.0
 """y so far beyond what identify.csv shows is another quantity, or in another unit."""
 ENDS_SHARE = 0.002
@@ -204,7 +201,7 @@ def _ends(trace: Trace) -> tuple[float, float]:
 def _in_other_units(identify: Trace, trace: Trace) -> Iterator[str]:
     """What can be diagnosed, and is hardly what the user means."""
     ratio = _um_per_V(trace) / max(_um_per_V(identify), 1e-9)
-    if not 1 / GAIN_TIMES_MAX < ratio < GAIN_TIMES_MAX:
+    if not 1 / UNIT_TIMES < ratio < UNIT_TIMES:
         yield (
             f"{trace.record.name}: y moves {ratio:.2g} times as far per volt as in "
             f"{identify.record.name}: is a unit wrong in one of them?"
@@ -313,10 +310,8 @@ def _known(path: Path, data: dict[str, Any]) -> dict[str, float]:
             )
     if "low_V" in known and "high_V" in known and not known["low_V"] < known["high_V"]:
         raise InputError(f"{path}: known: low_V must be below high_V")
-    knee_V, least = (
-        known.get("knee_V"),
-        KNEE_MIN * (float(data["u_max_V"]) - float(data["u_min_V"])),
-    )
+    knee_V = known.get("knee_V")
+    least = KNEE_MIN * (float(data["u_max_V"]) - float(data["u_min_V"]))
     if knee_V == 0.0 and not {"low_V", "high_V"} & set(known):
         raise InputError(f"{path}: known: a knee_V of 0 needs low_V or high_V")
     if knee_V and knee_V < least:
