@@ -132,15 +132,13 @@ def _lines(
         if not p.key.startswith("freq"):
             continue
         i = p.key[4:-3]
+        waves = [q for q in form.params if q.key.startswith(f"cos{i}:")]
         amps = [
-            float(np.hypot(fit.values[k], fit.values[k.replace("cos", "sin", 1)]))
-            for k in form.keys
-            if k.startswith(f"cos{i}:")
+            float(np.hypot(fit.values[q.key], fit.values[q.key.replace("cos", "sin", 1)]))
+            for q in waves
         ]
         amp = float(np.sqrt(np.mean(np.square(amps))))
-        fitted = [
-            np.ptp(interval(q)["ci95"]) / 2 for q in form.params if q.key.startswith(f"cos{i}:")
-        ]
+        fitted = [np.ptp(interval(q)["ci95"]) / 2 for q in waves]
         error = Z95 * float(np.std(amps)) / np.sqrt(max(len(amps), 1))
         error = max(error, float(np.sqrt(np.mean(np.square(fitted)) / len(fitted))))
         found.append((amp, interval(p), _entry(amp, max(amp - error, 0.0), amp + error)))
